@@ -1,0 +1,16 @@
+//! Volume rendering by texture slicing on the CPU alone.
+
+mod error;
+pub mod lanes;
+mod renderer;
+pub mod scene;
+mod settings;
+pub mod target;
+pub mod volume;
+
+pub use error::{Error, Result};
+pub use renderer::{RenderStats, Renderer, render};
+pub use scene::Scene;
+pub use settings::{Limits, Progress, Settings};
+pub use target::Picture;
+pub use volume::Volume;

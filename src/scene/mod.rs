@@ -1,0 +1,304 @@
+//! What to picture: plain data with checked invariants. How to run it is [`crate::Settings`]; nothing there may change a pixel.
+
+mod camera;
+mod clip;
+mod color;
+mod fog;
+mod transfer;
+
+pub use camera::{Camera, Placement, Projection, View};
+pub use clip::{ClipPlane, MAX_CLIP_PLANES};
+pub use color::{Premultiplied, Straight};
+pub use fog::{Fog, FogDistance, FogMode, FogWeighting};
+pub use transfer::TransferFunction;
+
+use crate::{Error, Result};
+
+/// Largest picture side in pixels: sizes are checked before memory is taken.
+pub const MAX_SIDE: u32 = 1 << 15;
+
+/// Most slices of one picture.
+pub const MAX_SLICES: u64 = 1 << 24;
+
+/// How many slices, and how they meet.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Slicing {
+    /// This many slices through the box's depth range.
+    Count(u64),
+    /// Slices this far apart at most, world units.
+    Spacing(f64),
+    /// As many as it takes to keep the RMS error of the colours below this.
+    Tolerance(f64),
+}
+
+/// Which way the stack is blended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Order {
+    /// Nearest slice first: finished pixels can stop.
+    #[default]
+    FrontToBack,
+    /// Farthest slice first, as OpenGL programs do.
+    BackToFront,
+}
+
+/// How fragments of one pixel combine.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Blend {
+    /// Emission and absorption: premultiplied over.
+    #[default]
+    Over,
+    /// Colour of the largest value on the ray (maximum intensity projection).
+    Mip,
+    /// Colour of the smallest value on the ray.
+    Min,
+    /// Colour of the mean value on the ray, weighted by length.
+    Average,
+    /// Sum of premultiplied slab colours, nothing hidden; the opacity ends at 1.
+    Add,
+    /// Colour of the first local maximum at or above a threshold (in the data's units); without one, of the largest value.
+    Lmip {
+        /// Values below this never stop a ray.
+        threshold: f64,
+    },
+    /// Colour of the first crossing of `level`, refined between slices; opaque.
+    Iso {
+        /// The value of the surface.
+        level: f64,
+    },
+}
+
+/// A picture to make of some volume.
+///
+/// # Guarantees
+/// Width and height lie between 1 and [`MAX_SIDE`], the slice count between 1 and [`MAX_SLICES`], numbers are finite and in
+/// range, and there are at most [`MAX_CLIP_PLANES`] clip planes: a `Scene` that exists can be rendered.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scene {
+    camera: Camera,
+    width: u32,
+    height: u32,
+    background: Straight,
+    transfer: TransferFunction,
+    opacity_unit: Option<f64>,
+    slicing: Slicing,
+    order: Order,
+    terminate: f32,
+    fog: Option<Fog>,
+    fog_background: bool,
+    clip_planes: Vec<ClipPlane>,
+    blend: Blend,
+}
+
+impl Scene {
+    /// A 512 x 512 picture of 256 slices through `transfer`, seen by [`Camera::default`] over transparent black.
+    pub fn new(transfer: TransferFunction) -> Self {
+        Self {
+            camera: Camera::default(),
+            width: 512,
+            height: 512,
+            background: Straight::default(),
+            transfer,
+            opacity_unit: None,
+            slicing: Slicing::Count(256),
+            order: Order::FrontToBack,
+            terminate: 1.0 / 1024.0,
+            fog: None,
+            fog_background: false,
+            clip_planes: Vec::new(),
+            blend: Blend::Over,
+        }
+    }
+
+    /// The scene seen by another camera.
+    #[must_use]
+    pub fn with_camera(mut self, camera: Camera) -> Self {
+        self.camera = camera;
+        self
+    }
+
+    /// The scene at another picture size.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] when a side is 0 or above [`MAX_SIDE`].
+    pub fn with_size(mut self, width: u32, height: u32) -> Result<Self> {
+        for (name, side) in [("width", width), ("height", height)] {
+            if !(1..=MAX_SIDE).contains(&side) {
+                return Err(Error::invalid(format!("image {name} {side}: must lie between 1 and {MAX_SIDE}")));
+            }
+        }
+        self.width = width;
+        self.height = height;
+        Ok(self)
+    }
+
+    /// The scene over another background.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] when a component is outside [0,1].
+    pub fn with_background(mut self, background: Straight) -> Result<Self> {
+        if let Some(c) = background.rgb.iter().chain([&background.alpha]).find(|c| !(0.0..=1.0).contains(*c)) {
+            return Err(Error::invalid(format!("image background {c}: outside [0,1]")));
+        }
+        self.background = background;
+        Ok(self)
+    }
+
+    /// The scene through another transfer function.
+    #[must_use]
+    pub fn with_transfer(mut self, transfer: TransferFunction) -> Self {
+        self.transfer = transfer;
+        self
+    }
+
+    /// The scene with opacities meant per `length` world units instead of per smallest voxel spacing.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] when `length` is not positive and finite.
+    pub fn with_opacity_unit(mut self, length: f64) -> Result<Self> {
+        if !(length > 0.0 && length.is_finite()) {
+            return Err(Error::invalid(format!("transfer opacity_unit {length}: must be positive and finite")));
+        }
+        self.opacity_unit = Some(length);
+        Ok(self)
+    }
+
+    /// The scene cut into slices another way.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] when the count is 0 or above [`MAX_SLICES`], or a spacing or tolerance is not positive and finite.
+    pub fn with_slices(mut self, slicing: Slicing) -> Result<Self> {
+        match slicing {
+            Slicing::Count(n) if !(1..=MAX_SLICES).contains(&n) => {
+                return Err(Error::invalid(format!("slices count {n}: must lie between 1 and {MAX_SLICES}")));
+            }
+            Slicing::Spacing(s) if !(s > 0.0 && s.is_finite()) => {
+                return Err(Error::invalid(format!("slices spacing {s}: must be positive and finite")));
+            }
+            Slicing::Tolerance(t) if !(t > 0.0 && t.is_finite()) => {
+                return Err(Error::invalid(format!("slices tolerance {t}: must be positive and finite")));
+            }
+            _ => {}
+        }
+        self.slicing = slicing;
+        Ok(self)
+    }
+
+    /// The scene blended in another order.
+    #[must_use]
+    pub fn with_order(mut self, order: Order) -> Self {
+        self.order = order;
+        self
+    }
+
+    /// The scene whose pixels are finished below another transmittance; 0 = never.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] when it is outside [0,1).
+    pub fn with_terminate(mut self, transmittance: f32) -> Result<Self> {
+        if !(0.0..1.0).contains(&transmittance) {
+            return Err(Error::invalid(format!("slices terminate {transmittance}: must lie in [0,1)")));
+        }
+        self.terminate = transmittance;
+        Ok(self)
+    }
+
+    /// The scene in fog, or out of it.
+    #[must_use]
+    pub fn with_fog(mut self, fog: Option<Fog>) -> Self {
+        self.fog = fog;
+        self
+    }
+
+    /// Whether the background takes the fog of infinite distance too.
+    #[must_use]
+    pub fn with_fogged_background(mut self, fogged: bool) -> Self {
+        self.fog_background = fogged;
+        self
+    }
+
+    /// The scene cut by planes.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for more than [`MAX_CLIP_PLANES`].
+    pub fn with_clip_planes(mut self, planes: Vec<ClipPlane>) -> Result<Self> {
+        if planes.len() > MAX_CLIP_PLANES {
+            return Err(Error::invalid(format!("{} clip planes: at most {MAX_CLIP_PLANES} are allowed", planes.len())));
+        }
+        self.clip_planes = planes;
+        Ok(self)
+    }
+
+    /// The scene blended another way.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] when a level or threshold is not finite.
+    pub fn with_blend(mut self, blend: Blend) -> Result<Self> {
+        if let Blend::Lmip { threshold: x } | Blend::Iso { level: x } = blend {
+            if !x.is_finite() {
+                return Err(Error::invalid(format!("render level {x}: must be finite")));
+            }
+        }
+        self.blend = blend;
+        Ok(self)
+    }
+
+    /// The camera.
+    pub fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
+    /// Width and height in pixels.
+    pub fn size(&self) -> (u32, u32) {
+        (self.width, self.height)
+    }
+
+    /// Straight colour behind the volume.
+    pub fn background(&self) -> Straight {
+        self.background
+    }
+
+    /// The transfer function.
+    pub fn transfer(&self) -> &TransferFunction {
+        &self.transfer
+    }
+
+    /// Reference length of opacities in world units, where the scene gives one.
+    pub fn opacity_unit(&self) -> Option<f64> {
+        self.opacity_unit
+    }
+
+    /// How many slices.
+    pub fn slicing(&self) -> Slicing {
+        self.slicing
+    }
+
+    /// Which way they are blended.
+    pub fn order(&self) -> Order {
+        self.order
+    }
+
+    /// Transmittance below which a pixel is finished; 0 = never.
+    pub fn terminate(&self) -> f32 {
+        self.terminate
+    }
+
+    /// Fog, if any.
+    pub fn fog(&self) -> Option<&Fog> {
+        self.fog.as_ref()
+    }
+
+    /// Whether the background is fogged.
+    pub fn fogged_background(&self) -> bool {
+        self.fog_background
+    }
+
+    /// Planes that cut the box.
+    pub fn clip_planes(&self) -> &[ClipPlane] {
+        &self.clip_planes
+    }
+
+    /// How fragments combine.
+    pub fn blend(&self) -> Blend {
+        self.blend
+    }
+}

@@ -1,0 +1,103 @@
+//! Transfer functions: from a value in the data's units to a colour and an opacity per reference length.
+
+use super::color::Straight;
+use crate::{Error, Result};
+
+/// A piecewise-linear transfer function.
+///
+/// Between points values are interpolated, beyond the ends they stay constant; two points at one value make a step, whose
+/// right-hand side counts at the value itself.
+///
+/// # Guarantees
+/// Both lists hold at least one point, values are finite and never fall, colours and opacities lie in [0,1].
+#[derive(Debug, Clone, PartialEq)]
+pub struct TransferFunction {
+    color: Vec<(f64, [f64; 3])>,
+    opacity: Vec<(f64, f64)>,
+}
+
+impl TransferFunction {
+    /// A transfer function from its control points, in the data's units.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] that names the point which breaks the guarantees above.
+    pub fn new(color: Vec<(f64, [f64; 3])>, opacity: Vec<(f64, f64)>) -> Result<Self> {
+        check_order("color", color.iter().map(|p| p.0))?;
+        check_order("opacity", opacity.iter().map(|p| p.0))?;
+        let unit = |list: &str, value: f64, x: f64| {
+            if (0.0..=1.0).contains(&x) {
+                Ok(())
+            } else {
+                Err(Error::invalid(format!("transfer {list} at value {value}: {x} is outside [0,1]")))
+            }
+        };
+        for &(v, rgb) in &color {
+            rgb.iter().try_for_each(|&c| unit("color", v, c))?;
+        }
+        for &(v, a) in &opacity {
+            unit("opacity", v, a)?;
+        }
+        Ok(Self { color, opacity })
+    }
+
+    /// Colour points: value, then red, green and blue.
+    pub fn color(&self) -> &[(f64, [f64; 3])] {
+        &self.color
+    }
+
+    /// Opacity points: value, then opacity per reference length.
+    pub fn opacity(&self) -> &[(f64, f64)] {
+        &self.opacity
+    }
+
+    /// Exact straight colour and opacity per reference length at `value`. NaN and infinities are transparent black.
+    pub fn eval(&self, value: f64) -> Straight {
+        if !value.is_finite() {
+            return Straight::default();
+        }
+        let rgb = interpolate(&self.color, value, |a, b, t| std::array::from_fn(|i| a[i] + (b[i] - a[i]) * t));
+        let alpha = interpolate(&self.opacity, value, |a, b, t| a + (b - a) * t);
+        Straight { rgb, alpha }
+    }
+
+    /// Every value at which colour or opacity has a kink or a step, rising, without repeats.
+    pub fn knots(&self) -> Vec<f64> {
+        let mut knots: Vec<f64> = self.color.iter().map(|p| p.0).chain(self.opacity.iter().map(|p| p.0)).collect();
+        knots.sort_by(f64::total_cmp);
+        knots.dedup();
+        knots
+    }
+
+    /// Whether some value in [lo, hi] has an opacity above 0.
+    pub fn opaque_within(&self, lo: f64, hi: f64) -> bool {
+        let inside = self.opacity.iter().any(|&(v, a)| v >= lo && v <= hi && a > 0.0);
+        inside || self.eval(lo).alpha > 0.0 || self.eval(hi).alpha > 0.0
+    }
+}
+
+fn check_order(list: &str, values: impl Iterator<Item = f64>) -> Result<()> {
+    let mut last: Option<f64> = None;
+    for v in values {
+        if !v.is_finite() {
+            return Err(Error::invalid(format!("transfer {list}: value {v} is not finite")));
+        }
+        if let Some(l) = last.filter(|&l| v < l) {
+            return Err(Error::invalid(format!("transfer {list}: value {v} comes after {l}; points must rise")));
+        }
+        last = Some(v);
+    }
+    if last.is_none() {
+        return Err(Error::invalid(format!("transfer {list}: no points")));
+    }
+    Ok(())
+}
+
+fn interpolate<C: Copy>(points: &[(f64, C)], value: f64, mix: impl Fn(C, C, f64) -> C) -> C {
+    let after = points.partition_point(|p| p.0 <= value);
+    match (after.checked_sub(1).map(|i| points[i]), points.get(after)) {
+        (Some((v0, a)), Some(&(v1, b))) => mix(a, b, (value - v0) / (v1 - v0)),
+        (Some((_, a)), None) => a,
+        (None, Some(&(_, b))) => b,
+        (None, None) => unreachable!("a transfer function has at least one point"),
+    }
+}

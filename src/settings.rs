@@ -1,0 +1,53 @@
+//! How to run: threads, tiles, vector level, limits, progress. Nothing here may change a pixel.
+
+use crate::lanes::Level;
+use std::sync::Arc;
+
+/// What may be taken from the machine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Limits {
+    /// Most bytes the voxels of one volume may take.
+    pub voxel_bytes: u64,
+    /// Most bytes of a header.
+    pub header_bytes: u64,
+}
+
+impl Default for Limits {
+    /// 16 GiB of voxels, 1 MiB of header.
+    fn default() -> Self {
+        Self { voxel_bytes: 16 << 30, header_bytes: 1 << 20 }
+    }
+}
+
+/// Hears how far a long task is, and may stop it. Called from any thread.
+pub trait Progress: Send + Sync {
+    /// `done` of `total` steps of the task `what` are over. Returning `false` stops the work with [`crate::Error::Stopped`].
+    fn step(&self, what: &str, done: u64, total: u64) -> bool;
+}
+
+/// How a picture is made. No field changes a byte of it.
+#[derive(Clone, Default)]
+pub struct Settings {
+    /// Worker threads; `None` takes one per core.
+    pub threads: Option<usize>,
+    /// Side of the square screen tiles that threads take in turn, in pixels; `None` lets the plan choose.
+    pub tile: Option<u32>,
+    /// Vector level; `None` takes the fastest this machine has.
+    pub level: Option<Level>,
+    /// Limits on memory.
+    pub limits: Limits,
+    /// Who hears about progress.
+    pub progress: Option<Arc<dyn Progress>>,
+}
+
+impl std::fmt::Debug for Settings {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Settings")
+            .field("threads", &self.threads)
+            .field("tile", &self.tile)
+            .field("level", &self.level)
+            .field("limits", &self.limits)
+            .field("progress", &self.progress.is_some())
+            .finish()
+    }
+}

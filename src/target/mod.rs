@@ -1,0 +1,5 @@
+//! Finished pictures and their files.
+
+mod picture;
+
+pub use picture::Picture;

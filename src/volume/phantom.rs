@@ -1,0 +1,1 @@
+//! Built-in volumes: formulas sampled at any size.
