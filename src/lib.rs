@@ -1,7 +1,11 @@
 //! Volume rendering by texture slicing on the CPU alone.
 
 mod error;
+mod fragment;
 pub mod lanes;
+mod plan;
+pub mod proxy;
+mod raster;
 mod renderer;
 pub mod scene;
 mod settings;

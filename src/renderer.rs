@@ -1,16 +1,27 @@
 //! Volume and scene in, picture and statistics out.
 
-use crate::scene::Scene;
+use crate::fragment::{Frame, FrameFog};
+use crate::lanes::Level;
+use crate::plan::{self, Layout, Needs, Scaling};
+use crate::proxy::Stack;
+use crate::raster::{Counters, Occupancy, Resolve, Work, render_tiles};
+use crate::scene::{Blend, Fog, FogWeighting, Premultiplied, Scene, Slicing, TransferFunction, View};
 use crate::target::Picture;
+use crate::volume::bricks::Bricks;
 use crate::{Error, Result, Settings, Volume};
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::time::Instant;
+
+/// Side of a tile when the settings leave it open: a multiple of the block, small enough to share out on many cores.
+const TILE: u32 = 32;
 
 /// What a picture cost, and what was left out.
 #[derive(Debug, Clone, Default, PartialEq)]
 #[non_exhaustive]
 pub struct RenderStats {
-    /// Seconds spent on what depends on volume and transfer function only: packing, bricks, tables.
+    /// Seconds spent on what depends on volume and transfer function only: bricks, tables.
     pub prepare_seconds: f64,
-    /// Seconds a frame costs once prepared: planning, geometry, pixels.
+    /// Seconds the frame cost once prepared: planning, any error estimate, geometry, pixels.
     pub render_seconds: f64,
     /// Slice planes of the stack.
     pub slices: u64,
@@ -32,28 +43,262 @@ pub struct RenderStats {
     pub warnings: Vec<String>,
 }
 
+/// What depends on the volume alone.
+struct VolumeData {
+    bricks: Bricks,
+    scaling: Scaling,
+}
+
+/// What depends on the volume, the transfer function and the thickness of a slab.
+struct TransferData {
+    transfer: TransferFunction,
+    ratio: f64,
+    layout: Layout,
+    table: crate::lanes::LookupTable,
+    occupancy: Occupancy,
+}
+
 /// Makes pictures of one volume; keeps between frames what depends on volume and transfer function only.
-#[derive(Debug)]
 pub struct Renderer<'v> {
     volume: &'v Volume,
     settings: Settings,
+    level: Level,
+    pool: Option<ThreadPool>,
+    volume_data: Option<VolumeData>,
+    transfer_data: Option<TransferData>,
+}
+
+impl std::fmt::Debug for Renderer<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Renderer").field("volume", &self.volume.name()).field("settings", &self.settings).finish_non_exhaustive()
+    }
 }
 
 impl<'v> Renderer<'v> {
     /// A renderer for `volume`.
     pub fn new(volume: &'v Volume, settings: Settings) -> Self {
-        Self { volume, settings }
+        let level = settings.level.unwrap_or_else(Level::best);
+        Self { volume, settings, level, pool: None, volume_data: None, transfer_data: None }
     }
 
     /// One picture of `scene`, and what it cost.
     ///
     /// # Errors
-    /// [`Error::Invalid`] when the scene's camera cannot be resolved for the volume's box, [`Error::Limit`] when memory would
-    /// exceed the settings' limits, [`Error::Stopped`] when progress said so.
+    /// [`Error::Invalid`] when the scene's camera cannot be resolved for the volume's box or the settings make no sense,
+    /// [`Error::Stopped`] when progress said so.
     pub fn render(&mut self, scene: &Scene) -> Result<(Picture, RenderStats)> {
-        let _ = (self.volume, &self.settings, scene);
-        Err(Error::invalid("the pipeline is not in place yet"))
+        let pool = match self.pool.take() {
+            Some(pool) => pool,
+            None => make_pool(self.settings.threads)?,
+        };
+        let result = pool.install(|| self.render_here(scene));
+        self.pool = Some(pool);
+        result
     }
+
+    /// As [`Renderer::render`], on the current thread pool.
+    fn render_here(&mut self, scene: &Scene) -> Result<(Picture, RenderStats)> {
+        let tile = self.settings.tile.unwrap_or(TILE);
+        if tile == 0 {
+            return Err(Error::invalid("tile 0: a tile has at least one pixel"));
+        }
+        let prepare = Instant::now();
+        let volume = self.volume;
+        let volume_data = self.volume_data.get_or_insert_with(|| {
+            let bricks = Bricks::new(volume.voxels(), volume.grid().dims());
+            let scaling = Scaling::new(volume, &bricks);
+            VolumeData { bricks, scaling }
+        });
+        let mut prepare_seconds = prepare.elapsed().as_secs_f64();
+
+        let start = Instant::now();
+        let (width, height) = scene.size();
+        let view = scene.camera().resolve(volume.grid(), width, height)?;
+        let mut warnings = Vec::new();
+        let count = slice_count(scene, volume, &view)?;
+        let stack = Stack::new(volume.grid(), &view, scene.clip_planes(), count);
+        if stack.is_empty() {
+            warnings.push("the whole box lies behind the eye: nothing to see".to_owned());
+        }
+        let mut render_seconds = start.elapsed().as_secs_f64();
+
+        let prepare = Instant::now();
+        let unit = scene.opacity_unit().unwrap_or_else(|| volume.grid().smallest_spacing());
+        let ratio = if stack.is_empty() { 1.0 } else { stack.spacing / unit };
+        let VolumeData { bricks, scaling } = volume_data;
+        let kept = self.transfer_data.take().filter(|t| t.ratio == ratio && t.transfer == *scene.transfer());
+        let transfer_data = self.transfer_data.insert(match kept {
+            Some(kept) => kept,
+            None => prepare_transfer(scene.transfer(), ratio, volume, bricks),
+        });
+        prepare_seconds += prepare.elapsed().as_secs_f64();
+
+        let start = Instant::now();
+        let (frame, split) = make_frame(scene, volume, scaling, transfer_data);
+        let needs = Needs::new(scene, &stack, bricks, scaling, split);
+        let stages = needs.stages(volume, scaling, self.level);
+        let work = Work {
+            frame: &frame,
+            stack: &stack,
+            fog: scene.fog().filter(|_| needs.fog.is_some()),
+            order: needs.order,
+            occupancy: needs.skip.then_some(&transfer_data.occupancy),
+            span: stages.span,
+            whole: stages.whole,
+            partial: stages.partial,
+            start: start_values(scene.blend()),
+        };
+        let resolve = Resolve {
+            blend: scene.blend(),
+            background: background(scene),
+            transfer: scene.transfer(),
+            volume,
+            stack: &stack,
+            scale: scaling.scale,
+            offset: scaling.offset,
+            low: f64::from(frame.table_low),
+        };
+        let mut pixels = vec![resolve.background(); width as usize * height as usize];
+        let counters = if stack.is_empty() {
+            Counters::default()
+        } else {
+            render_tiles(&work, &resolve, tile, &mut pixels, self.settings.progress.as_deref())?
+        };
+        render_seconds += start.elapsed().as_secs_f64();
+
+        if bricks.non_finite > 0 {
+            warnings.push(format!("{} of {} voxels are NaN or infinite: transparent", bricks.non_finite, volume.grid().voxel_count()));
+        }
+        let mut left_out = plan::planned(scene, volume, &needs);
+        let blocks = u64::from(width.div_ceil(8)) * u64::from(height.div_ceil(8));
+        left_out.extend(plan::counted(&counters, needs.skip.then(|| transfer_data.occupancy.share()), blocks));
+        let stats = RenderStats {
+            prepare_seconds,
+            render_seconds,
+            slices: stack.count,
+            fragments: counters.fragments,
+            fetches: counters.fetches,
+            threads: rayon::current_num_threads(),
+            simd: self.level.name(),
+            left_out,
+            error_estimate: None,
+            non_finite_voxels: bricks.non_finite,
+            warnings,
+        };
+        Ok((Picture::new(width, height, pixels), stats))
+    }
+}
+
+fn make_pool(threads: Option<usize>) -> Result<ThreadPool> {
+    if threads == Some(0) {
+        return Err(Error::invalid("threads 0: at least one is needed"));
+    }
+    let threads = threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
+    ThreadPoolBuilder::new().num_threads(threads).build().map_err(|e| Error::invalid(format!("{threads} threads: {e}")))
+}
+
+/// Number of slices that the scene asks for.
+fn slice_count(scene: &Scene, volume: &Volume, view: &View) -> Result<u64> {
+    let count = match scene.slicing() {
+        Slicing::Count(n) => n,
+        Slicing::Spacing(spacing) => {
+            let depth = Stack::depth_range(volume.grid(), view).map_or(0.0, |(near, far)| far - near);
+            // A hair less, so that a spacing that divides the depth is not rounded up past it.
+            let n = libm::ceil(depth / spacing * (1.0 - 1e-12));
+            if n > crate::scene::MAX_SLICES as f64 {
+                return Err(Error::Limit {
+                    what: format!("slices of spacing {spacing}"),
+                    needed: n as u128,
+                    limit: u128::from(crate::scene::MAX_SLICES),
+                });
+            }
+            (n as u64).max(1)
+        }
+        Slicing::Tolerance(_) => return Err(Error::invalid("slices tolerance: not offered yet")),
+    };
+    Ok(count)
+}
+
+/// Table and occupancy of a transfer function for slabs `ratio` reference lengths thick.
+fn prepare_transfer(transfer: &TransferFunction, ratio: f64, volume: &Volume, bricks: &Bricks) -> TransferData {
+    let (slope, intercept) = volume.rescale();
+    let value = |stored: f64| stored * slope + intercept;
+    // In the order of the data's units, whatever the sign of the slope.
+    let sorted = |lo: f64, hi: f64| if slope < 0.0 { (value(hi), value(lo)) } else { (value(lo), value(hi)) };
+    let (min, max) = bricks.range;
+    let range = if min <= max { sorted(min, max) } else { (0.0, 0.0) };
+    let layout = Layout::new(transfer, range, ratio);
+    let table = layout.table(transfer, ratio);
+    let occupancy = Occupancy::new(bricks, volume.grid().dims(), |lo, hi| {
+        let (lo, hi) = sorted(lo, hi);
+        layout.opaque_within(lo, hi)
+    });
+    TransferData { transfer: transfer.clone(), ratio, layout, table, occupancy }
+}
+
+/// Constants of the frame, and whether the table's scale has to be applied in two steps.
+fn make_frame<'v>(scene: &Scene, volume: &'v Volume, scaling: &Scaling, data: &TransferData) -> (Frame<'v>, bool) {
+    let [nx, ny, nz] = volume.grid().dims();
+    let stride = |n: usize, stride: usize| if n > 1 { stride } else { 0 };
+    let (low, high) = (scaling.number(data.layout.low), scaling.number(data.layout.high));
+    let last = data.layout.last();
+    let scale = if last == 0 { 0.0 } else { last as f64 / (high - low) };
+    let split = scale != 0.0 && !(1e-30..1e30).contains(&scale.abs());
+    let table_scale = if split {
+        let (mantissa, exponent) = libm::frexp(scale);
+        let half = exponent / 2;
+        [libm::scalbn(mantissa, half) as f32, libm::scalbn(1.0, exponent - half) as f32]
+    } else {
+        [scale as f32, 1.0]
+    };
+    let level = match scene.blend() {
+        Blend::Lmip { threshold: x } | Blend::Iso { level: x } => scaling.number(x),
+        _ => 0.0,
+    };
+    let frame = Frame {
+        voxels: volume.voxels(),
+        strides: [stride(nx, 1), stride(ny, nx), stride(nz, nx * ny)],
+        to_f32: scaling.to_f32,
+        table: data.table.clone(),
+        table_low: low as f32,
+        table_scale,
+        table_last: last as f32,
+        terminate: scene.terminate(),
+        fog: scene.fog().map(|f| FrameFog {
+            mode: f.mode(),
+            color: f.color().map(|c| c as f32),
+            weighted: f.weighting() == FogWeighting::Alpha,
+        }),
+        level: level as f32,
+    };
+    (frame, split)
+}
+
+/// What pixels start from: colour channels, then transmittance.
+fn start_values(blend: Blend) -> [f32; 4] {
+    let nothing = crate::fragment::project::NOTHING;
+    match blend {
+        Blend::Over => [0.0, 0.0, 0.0, 1.0],
+        Blend::Add | Blend::Average => [0.0; 4],
+        Blend::Mip | Blend::Min => [nothing, 0.0, 0.0, 1.0],
+        Blend::Lmip { .. } | Blend::Iso { .. } => [nothing, nothing, 0.0, 1.0],
+    }
+}
+
+/// The background, fogged as from infinitely far where the scene asks for it.
+fn background(scene: &Scene) -> Premultiplied {
+    let color = scene.background();
+    let straight = match scene.fog().filter(|_| scene.fogged_background()) {
+        Some(fog) => fogged(color, fog),
+        None => color,
+    };
+    straight.premultiply()
+}
+
+fn fogged(color: crate::scene::Straight, fog: &Fog) -> crate::scene::Straight {
+    let f = fog.factor(f64::MAX);
+    let rgb = std::array::from_fn(|c| f * color.rgb[c] + (1.0 - f) * fog.color()[c]);
+    crate::scene::Straight { rgb, alpha: color.alpha }
 }
 
 /// One picture of `volume` as `scene` describes it, made with default settings.

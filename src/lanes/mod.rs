@@ -1,6 +1,97 @@
-//! The vector type the stages are written in. The only room with `unsafe`.
+//! The vector type the stages are written in, and the choice of instruction set at run time.
+//!
+//! Rules of this room:
+//! - an operation gives the same bits in every implementation: IEEE add, subtract, multiply, divide, square root and
+//!   comparisons only; nothing fused, nothing approximate, no reduction but bit masks and minimum or maximum;
+//! - operations whose results differ between instruction sets outside a range (conversion to integer) state the range;
+//! - this is the only room with `unsafe`, and what it exports is safe to call with any argument.
+#![allow(unsafe_code, reason = "vector intrinsics and unchecked loads live here and nowhere else")]
 
-/// An instruction set the stages can run on.
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+mod cells;
+pub(crate) mod math;
+mod scalar;
+mod table;
+mod wide;
+
+pub(crate) use cells::{CellLoad, Corners, Pairs, ToF32};
+pub(crate) use table::LookupTable;
+
+/// Lanes of a vector, in every implementation.
+pub(crate) const WIDTH: usize = 8;
+
+/// Eight f32, eight i32 and eight-bit masks.
+///
+/// Every method is one operation per lane, rounded to nearest as IEEE 754 has it.
+pub(crate) trait Lanes: Copy + 'static {
+    /// Eight f32.
+    type F: Copy;
+    /// Eight i32.
+    type I: Copy;
+    /// Eight truth values.
+    type M: Copy;
+
+    fn splat(x: f32) -> Self::F;
+    fn load(from: &[f32; WIDTH]) -> Self::F;
+    fn store(x: Self::F, to: &mut [f32; WIDTH]);
+    fn add(a: Self::F, b: Self::F) -> Self::F;
+    fn sub(a: Self::F, b: Self::F) -> Self::F;
+    fn mul(a: Self::F, b: Self::F) -> Self::F;
+    fn div(a: Self::F, b: Self::F) -> Self::F;
+    fn sqrt(a: Self::F) -> Self::F;
+    /// `if a < b { a } else { b }`: the second when either is NaN.
+    fn min(a: Self::F, b: Self::F) -> Self::F;
+    /// `if a > b { a } else { b }`: the second when either is NaN.
+    fn max(a: Self::F, b: Self::F) -> Self::F;
+    fn lt(a: Self::F, b: Self::F) -> Self::M;
+    fn le(a: Self::F, b: Self::F) -> Self::M;
+    /// `a` where the mask holds, +0.0 elsewhere.
+    fn keep(m: Self::M, a: Self::F) -> Self::F;
+    /// `a` where the mask holds, `b` elsewhere.
+    fn select(m: Self::M, a: Self::F, b: Self::F) -> Self::F;
+    /// Bit i is lane i.
+    fn bits(m: Self::M) -> u8;
+    fn and(a: Self::M, b: Self::M) -> Self::M;
+    /// Lane i holds where bit i does.
+    fn from_bits(bits: u8) -> Self::M;
+
+    /// Toward zero. Only for values in the range of i32.
+    fn trunc(x: Self::F) -> Self::I;
+    /// Rounded to nearest.
+    fn to_f(x: Self::I) -> Self::F;
+    fn splat_i(x: i32) -> Self::I;
+    fn load_i(from: &[i32; WIDTH]) -> Self::I;
+    fn store_i(x: Self::I, to: &mut [i32; WIDTH]);
+    fn add_i(a: Self::I, b: Self::I) -> Self::I;
+    fn sub_i(a: Self::I, b: Self::I) -> Self::I;
+    fn and_i(a: Self::I, b: Self::I) -> Self::I;
+    fn shl<const N: i32>(a: Self::I) -> Self::I;
+    /// Copies of the sign move in.
+    fn sar<const N: i32>(a: Self::I) -> Self::I;
+    fn eq_i(a: Self::I, b: Self::I) -> Self::M;
+    fn gt_i(a: Self::I, b: Self::I) -> Self::M;
+    /// The same bits read as integers.
+    fn to_bits(x: Self::F) -> Self::I;
+    /// The same bits read as floats.
+    fn of_bits(x: Self::I) -> Self::F;
+    /// Eight unsigned 16-bit numbers.
+    fn load_u16(from: &[u16; WIDTH]) -> Self::I;
+
+    /// Entries `index` of `table` plus `fraction` times the step to the next: red, green, blue, alpha.
+    ///
+    /// Indices are taken modulo the table's length.
+    fn lookup(table: &LookupTable, index: Self::I, fraction: Self::F) -> [Self::F; 4];
+}
+
+/// A loop over a batch, written once for all vector types.
+///
+/// Implementations of `run` are `#[inline(always)]`, so that each instruction set gets its own copy.
+pub(crate) trait Kernel<C: ?Sized, B: ?Sized> {
+    fn run<L: Lanes>(context: &C, batch: &mut B);
+}
+
+/// An instruction set the stages can run on. One that exists can be run by this machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Level(Kind);
 
@@ -8,24 +99,61 @@ pub struct Level(Kind);
 enum Kind {
     Scalar,
     Wide,
+    #[cfg(target_arch = "x86_64")]
+    Avx2,
 }
 
 impl Level {
-    /// Levels this machine can run, slowest first: `scalar` and `wide` always.
+    /// One number at a time: the reference that owns the golden pictures.
+    pub const SCALAR: Self = Self(Kind::Scalar);
+    /// The portable vectors of the `wide` crate, at the width the crate was compiled for.
+    pub const WIDE: Self = Self(Kind::Wide);
+
+    /// Levels this machine can run, slowest first: `scalar` and `wide` always, then what the processor adds.
     pub fn available() -> Vec<Self> {
-        vec![Self(Kind::Scalar), Self(Kind::Wide)]
+        #[allow(unused_mut, reason = "only some targets add levels")]
+        let mut levels = vec![Self::SCALAR, Self::WIDE];
+        #[cfg(target_arch = "x86_64")]
+        if std::arch::is_x86_feature_detected!("avx2") {
+            levels.push(Self(Kind::Avx2));
+        }
+        levels
     }
 
-    /// The name used on the command line: `scalar`, `wide`, ...
+    /// The name used on the command line: `scalar`, `wide`, `avx2`.
     pub fn name(self) -> &'static str {
         match self.0 {
             Kind::Scalar => "scalar",
             Kind::Wide => "wide",
+            #[cfg(target_arch = "x86_64")]
+            Kind::Avx2 => "avx2",
         }
+    }
+
+    /// The level called `name`, if this machine can run it.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::available().into_iter().find(|l| l.name() == name)
     }
 
     /// The fastest level of this machine.
     pub fn best() -> Self {
-        Self(Kind::Wide)
+        let mut best = Self::WIDE;
+        for level in Self::available() {
+            best = level;
+        }
+        best
+    }
+
+    /// The copy of kernel `K` that is compiled for this level.
+    pub(crate) fn kernel<K: Kernel<C, B>, C: ?Sized, B: ?Sized>(self) -> fn(&C, &mut B) {
+        match self.0 {
+            Kind::Scalar => K::run::<scalar::Scalar>,
+            Kind::Wide => K::run::<wide::Wide>,
+            #[cfg(target_arch = "x86_64")]
+            Kind::Avx2 => avx2::run::<K, C, B>,
+        }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -68,6 +68,12 @@ impl TransferFunction {
         knots
     }
 
+    /// Whether colour or opacity jumps at `value`.
+    pub fn has_step(&self, value: f64) -> bool {
+        let twice = |count: usize| count > 1;
+        twice(self.color.iter().filter(|p| p.0 == value).count()) || twice(self.opacity.iter().filter(|p| p.0 == value).count())
+    }
+
     /// Whether some value in [lo, hi] has an opacity above 0.
     pub fn opaque_within(&self, lo: f64, hi: f64) -> bool {
         let inside = self.opacity.iter().any(|&(v, a)| v >= lo && v <= hi && a > 0.0);

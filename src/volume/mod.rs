@@ -1,5 +1,6 @@
 //! Volumes: typed voxels on a grid in the world, and the files and formulas they come from.
 
+pub(crate) mod bricks;
 mod grid;
 #[cfg(feature = "formats")]
 pub mod io;
@@ -13,6 +14,7 @@ pub(crate) use voxels::with_voxels;
 pub use voxels::{Voxel, VoxelType, Voxels};
 
 use crate::{Error, Result};
+use glam::DVec3;
 use std::sync::OnceLock;
 
 /// What kind of numbers the voxels are, where the file or the caller says so.
@@ -124,6 +126,38 @@ impl Volume {
         let [nx, ny, nz] = self.grid.dims();
         assert!(i < nx && j < ny && k < nz, "voxel {i},{j},{k} outside {nx} x {ny} x {nz}");
         self.slope * self.voxels.get((k * ny + j) * nx + i) + self.intercept
+    }
+
+    /// Trilinear value at index coordinates `p` in the data's units, in f64, clamped to the edge.
+    pub fn sample(&self, p: DVec3) -> f64 {
+        let mut low = [0usize; 3];
+        let mut high = [0usize; 3];
+        let mut t = [0.0; 3];
+        for axis in 0..3 {
+            let last = self.grid.dims()[axis] - 1;
+            let u = p[axis].clamp(0.0, last as f64);
+            low[axis] = (u as usize).min(last.saturating_sub(1));
+            high[axis] = (low[axis] + 1).min(last);
+            t[axis] = u - low[axis] as f64;
+        }
+        let at = |c: usize| {
+            let pick = |axis: usize| if c >> axis & 1 == 1 { high[axis] } else { low[axis] };
+            self.value([pick(0), pick(1), pick(2)])
+        };
+        let lerp = |a: f64, b: f64, t: f64| a + t * (b - a);
+        let along_x = [0, 2, 4, 6].map(|c: usize| lerp(at(c), at(c + 1), t[0]));
+        lerp(lerp(along_x[0], along_x[1], t[1]), lerp(along_x[2], along_x[3], t[1]), t[2])
+    }
+
+    /// Gradient at index coordinates `p` by central differences one voxel wide, per world unit, in world directions.
+    pub fn gradient(&self, p: DVec3) -> DVec3 {
+        let difference = |axis: usize| {
+            let mut step = DVec3::ZERO;
+            step[axis] = 1.0;
+            0.5 * (self.sample(p + step) - self.sample(p - step))
+        };
+        // The gradient is a covector: it goes through the transpose of the map from world to index.
+        self.grid.world_to_index().matrix3.transpose() * DVec3::new(difference(0), difference(1), difference(2))
     }
 
     /// Range, mean and histogram, computed once.

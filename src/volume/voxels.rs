@@ -78,6 +78,8 @@ mod sealed {
 pub trait Voxel: sealed::Sealed + bytemuck::Pod + PartialOrd + Send + Sync + fmt::Debug + 'static {
     /// The run-time name of this type.
     const TYPE: VoxelType;
+    /// Whether it may be NaN or infinite.
+    const FLOAT: bool;
     /// The value in f32, rounded to nearest.
     fn to_f32(self) -> f32;
     /// The value in f64, exact.
@@ -113,6 +115,7 @@ macro_rules! voxel_types {
             impl sealed::Sealed for $t {}
             impl Voxel for $t {
                 const TYPE: VoxelType = VoxelType::$v;
+                const FLOAT: bool = matches!(VoxelType::$v, VoxelType::F32 | VoxelType::F64);
                 #[inline(always)]
                 fn to_f32(self) -> f32 { let f: fn($t) -> f32 = $f32; f(self) }
                 #[inline(always)]

@@ -1,0 +1,30 @@
+//! Opacity for the true length of a fragment's piece of the ray: A' = 1 - (1 - A)^length, colour scaled with it.
+
+use super::batch::{Batch, Frame, SIDE, row, row_mut};
+use crate::lanes::math::opacity_for_ratio;
+use crate::lanes::{Kernel, Lanes};
+
+/// Runs where pieces are not all one slab long: at the box's border, and everywhere in perspective.
+pub(crate) struct Correct;
+
+impl<'v> Kernel<Frame<'v>, Batch> for Correct {
+    #[inline(always)]
+    fn run<L: Lanes>(_: &Frame<'v>, batch: &mut Batch) {
+        let one = L::splat(1.0);
+        for r in 0..SIDE {
+            let length = L::load(row(&batch.length, r));
+            let alpha = L::load(row(&batch.alpha, r));
+            // Whole slabs keep their bits, so that a batch's other pixels do not matter.
+            let whole = L::and(L::le(length, one), L::le(one, length));
+            let corrected = L::select(whole, alpha, opacity_for_ratio::<L>(alpha, length));
+            // Where alpha is 0 the colour is 0 too: any finite factor serves.
+            let opaque = L::lt(L::splat(0.0), alpha);
+            let factor = L::select(whole, one, L::div(L::keep(opaque, corrected), L::select(opaque, alpha, one)));
+            L::store(corrected, row_mut(&mut batch.alpha, r));
+            for channel in &mut batch.color {
+                let c = row_mut(channel, r);
+                L::store(L::mul(L::load(c), factor), c);
+            }
+        }
+    }
+}

@@ -1,0 +1,57 @@
+//! Fog on premultiplied colour: C' = f C + (1 - f) A C_fog; the literal formula leaves A out.
+
+use super::batch::{Batch, Frame, SIDE, row, row_mut};
+use crate::lanes::math::exp_negative;
+use crate::lanes::{Kernel, Lanes};
+use crate::scene::FogMode;
+
+/// One factor for the whole slice.
+pub(crate) struct FogPlanar;
+/// A factor for each fragment, from its distance to the eye.
+pub(crate) struct FogRadial;
+
+/// Mixes row `r` with the fog colour by factor `f`.
+#[inline(always)]
+fn mix<L: Lanes>(batch: &mut Batch, r: usize, f: L::F, color: [f32; 3], weighted: bool) {
+    let rest = L::sub(L::splat(1.0), f);
+    let amount = if weighted { L::mul(rest, L::load(row(&batch.alpha, r))) } else { rest };
+    for (channel, fog) in batch.color.iter_mut().zip(color) {
+        let c = row_mut(channel, r);
+        L::store(L::add(L::mul(L::load(c), f), L::mul(amount, L::splat(fog))), c);
+    }
+}
+
+impl<'v> Kernel<Frame<'v>, Batch> for FogPlanar {
+    #[inline(always)]
+    fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
+        let Some(fog) = frame.fog else { return };
+        let f = L::splat(batch.fog);
+        for r in 0..SIDE {
+            mix::<L>(batch, r, f, fog.color, fog.weighted);
+        }
+    }
+}
+
+impl<'v> Kernel<Frame<'v>, Batch> for FogRadial {
+    #[inline(always)]
+    fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
+        let Some(fog) = frame.fog else { return };
+        let (zero, one) = (L::splat(0.0), L::splat(1.0));
+        let depth = L::splat(batch.depth);
+        for r in 0..SIDE {
+            // Perspective: slant stretches the depth. Orthographic: slant is 1 and the plane coordinates are distances.
+            let along = L::mul(depth, L::load(row(&batch.pixels.slant, r)));
+            let z = L::sqrt(L::add(L::mul(along, along), L::load(row(&batch.pixels.plane_squared, r))));
+            let f = match fog.mode {
+                FogMode::Linear { start, end } if start == end => L::select(L::lt(z, L::splat(end as f32)), one, zero),
+                FogMode::Linear { start, end } => L::div(L::sub(L::splat(end as f32), z), L::splat((end - start) as f32)),
+                FogMode::Exp { density } => exp_negative::<L>(L::mul(L::splat(-density as f32), z)),
+                FogMode::Exp2 { density } => {
+                    let x = L::mul(L::splat(density as f32), z);
+                    exp_negative::<L>(L::mul(L::sub(zero, x), x))
+                }
+            };
+            mix::<L>(batch, r, L::min(L::max(f, zero), one), fog.color, fog.weighted);
+        }
+    }
+}

@@ -1,0 +1,37 @@
+//! Fragments: what one slice leaves in an 8 x 8 block of pixels, computed stage by stage.
+//!
+//! Rules of this room:
+//! - a stage is a short loop over a [`Batch`], written once over [`crate::lanes::Lanes`] as a kernel; it reads and writes the
+//!   batch's arrays and what the [`Frame`] holds, and nothing else;
+//! - no stage branches on what a scene might want: a stage that a scene does not need is not in its list;
+//! - every lane is computed, covered or not; uncovered lanes are made transparent before blending.
+//!
+//! ```text
+//!  span -> texcoord -> fetch -> [guard] -> classify -> [correct] -> [fog] -> [mask] -> blend
+//! ```
+
+pub(crate) mod batch;
+mod blend;
+mod classify;
+mod correct;
+mod fetch;
+mod fog;
+pub(crate) mod project;
+mod span;
+mod texcoord;
+
+pub(crate) use batch::{Batch, Frame, FrameFog, PixelBlock};
+pub(crate) use blend::{BlendBack, BlendFront, MaskStage};
+pub(crate) use classify::Classify;
+pub(crate) use correct::Correct;
+pub(crate) use fetch::{FetchAny, FetchPairs8, FetchPairs16, Guard};
+pub(crate) use fog::{FogPlanar, FogRadial};
+pub(crate) use project::{ProjectAdd, ProjectAverage, ProjectIso, ProjectLmip, ProjectMax, ProjectMin};
+pub(crate) use span::Span;
+pub(crate) use texcoord::{Texcoord, TexcoordFar};
+
+/// One stage, compiled for one instruction set.
+pub(crate) type Stage<'v> = fn(&Frame<'v>, &mut Batch);
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,201 @@
+//! Lanes on AVX2 intrinsics, reached from a default build by run-time choice.
+//!
+//! Every method is compiled into a caller that has the `avx2` feature ([`run`]), so that vectors stay in registers.
+
+use super::table::LookupTable;
+use super::{Kernel, Lanes, WIDTH};
+use std::arch::x86_64::*;
+
+/// See [`Lanes`]. Exists only inside kernels that [`run`] started.
+#[derive(Clone, Copy)]
+pub(crate) struct Avx2;
+
+/// Runs a kernel with AVX2. Handed out by `Level::kernel` alone, and only for a level that detection has made.
+pub(super) fn run<K: Kernel<C, B>, C: ?Sized, B: ?Sized>(context: &C, batch: &mut B) {
+    #[target_feature(enable = "avx2")]
+    unsafe fn with_feature<K: Kernel<C, B>, C: ?Sized, B: ?Sized>(context: &C, batch: &mut B) {
+        K::run::<Avx2>(context, batch);
+    }
+    // SAFETY: a `Level` of this kind exists only where `is_x86_feature_detected!("avx2")` held.
+    unsafe { with_feature::<K, C, B>(context, batch) }
+}
+
+/// Wraps intrinsics that only compute on registers.
+macro_rules! op {
+    ($e:expr) => {
+        // SAFETY: register-only intrinsics of AVX2, which this machine has: `Avx2` is used inside `run` alone.
+        unsafe { $e }
+    };
+}
+
+impl Lanes for Avx2 {
+    type F = __m256;
+    type I = __m256i;
+    type M = __m256;
+
+    #[inline(always)]
+    fn splat(x: f32) -> __m256 {
+        op!(_mm256_set1_ps(x))
+    }
+    #[inline(always)]
+    fn load(from: &[f32; WIDTH]) -> __m256 {
+        // SAFETY: eight f32 behind the reference; unaligned is allowed.
+        unsafe { _mm256_loadu_ps(from.as_ptr()) }
+    }
+    #[inline(always)]
+    fn store(x: __m256, to: &mut [f32; WIDTH]) {
+        // SAFETY: eight f32 behind the reference; unaligned is allowed.
+        unsafe { _mm256_storeu_ps(to.as_mut_ptr(), x) }
+    }
+    #[inline(always)]
+    fn add(a: __m256, b: __m256) -> __m256 {
+        op!(_mm256_add_ps(a, b))
+    }
+    #[inline(always)]
+    fn sub(a: __m256, b: __m256) -> __m256 {
+        op!(_mm256_sub_ps(a, b))
+    }
+    #[inline(always)]
+    fn mul(a: __m256, b: __m256) -> __m256 {
+        op!(_mm256_mul_ps(a, b))
+    }
+    #[inline(always)]
+    fn div(a: __m256, b: __m256) -> __m256 {
+        op!(_mm256_div_ps(a, b))
+    }
+    #[inline(always)]
+    fn sqrt(a: __m256) -> __m256 {
+        op!(_mm256_sqrt_ps(a))
+    }
+    #[inline(always)]
+    fn min(a: __m256, b: __m256) -> __m256 {
+        op!(_mm256_min_ps(a, b))
+    }
+    #[inline(always)]
+    fn max(a: __m256, b: __m256) -> __m256 {
+        op!(_mm256_max_ps(a, b))
+    }
+    #[inline(always)]
+    fn lt(a: __m256, b: __m256) -> __m256 {
+        op!(_mm256_cmp_ps::<_CMP_LT_OQ>(a, b))
+    }
+    #[inline(always)]
+    fn le(a: __m256, b: __m256) -> __m256 {
+        op!(_mm256_cmp_ps::<_CMP_LE_OQ>(a, b))
+    }
+    #[inline(always)]
+    fn keep(m: __m256, a: __m256) -> __m256 {
+        op!(_mm256_and_ps(m, a))
+    }
+    #[inline(always)]
+    fn select(m: __m256, a: __m256, b: __m256) -> __m256 {
+        op!(_mm256_blendv_ps(b, a, m))
+    }
+    #[inline(always)]
+    fn bits(m: __m256) -> u8 {
+        op!(_mm256_movemask_ps(m) as u8)
+    }
+    #[inline(always)]
+    fn and(a: __m256, b: __m256) -> __m256 {
+        op!(_mm256_and_ps(a, b))
+    }
+    #[inline(always)]
+    fn from_bits(bits: u8) -> __m256 {
+        op!({
+            let lane = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+            let bits = _mm256_set1_epi32(i32::from(bits));
+            _mm256_castsi256_ps(_mm256_cmpeq_epi32(_mm256_and_si256(bits, lane), lane))
+        })
+    }
+    #[inline(always)]
+    fn trunc(x: __m256) -> __m256i {
+        op!(_mm256_cvttps_epi32(x))
+    }
+    #[inline(always)]
+    fn to_f(x: __m256i) -> __m256 {
+        op!(_mm256_cvtepi32_ps(x))
+    }
+    #[inline(always)]
+    fn splat_i(x: i32) -> __m256i {
+        op!(_mm256_set1_epi32(x))
+    }
+    #[inline(always)]
+    fn load_i(from: &[i32; WIDTH]) -> __m256i {
+        // SAFETY: eight i32 behind the reference; unaligned is allowed.
+        unsafe { _mm256_loadu_si256(from.as_ptr().cast()) }
+    }
+    #[inline(always)]
+    fn store_i(x: __m256i, to: &mut [i32; WIDTH]) {
+        // SAFETY: eight i32 behind the reference; unaligned is allowed.
+        unsafe { _mm256_storeu_si256(to.as_mut_ptr().cast(), x) }
+    }
+    #[inline(always)]
+    fn add_i(a: __m256i, b: __m256i) -> __m256i {
+        op!(_mm256_add_epi32(a, b))
+    }
+    #[inline(always)]
+    fn sub_i(a: __m256i, b: __m256i) -> __m256i {
+        op!(_mm256_sub_epi32(a, b))
+    }
+    #[inline(always)]
+    fn and_i(a: __m256i, b: __m256i) -> __m256i {
+        op!(_mm256_and_si256(a, b))
+    }
+    #[inline(always)]
+    fn shl<const N: i32>(a: __m256i) -> __m256i {
+        op!(_mm256_slli_epi32::<N>(a))
+    }
+    #[inline(always)]
+    fn sar<const N: i32>(a: __m256i) -> __m256i {
+        op!(_mm256_srai_epi32::<N>(a))
+    }
+    #[inline(always)]
+    fn eq_i(a: __m256i, b: __m256i) -> __m256 {
+        op!(_mm256_castsi256_ps(_mm256_cmpeq_epi32(a, b)))
+    }
+    #[inline(always)]
+    fn gt_i(a: __m256i, b: __m256i) -> __m256 {
+        op!(_mm256_castsi256_ps(_mm256_cmpgt_epi32(a, b)))
+    }
+    #[inline(always)]
+    fn to_bits(x: __m256) -> __m256i {
+        op!(_mm256_castps_si256(x))
+    }
+    #[inline(always)]
+    fn of_bits(x: __m256i) -> __m256 {
+        op!(_mm256_castsi256_ps(x))
+    }
+    #[inline(always)]
+    fn load_u16(from: &[u16; WIDTH]) -> __m256i {
+        // SAFETY: sixteen bytes behind the reference; unaligned is allowed.
+        unsafe { _mm256_cvtepu16_epi32(_mm_loadu_si128(from.as_ptr().cast())) }
+    }
+    #[inline(always)]
+    fn lookup(table: &LookupTable, index: __m256i, fraction: __m256) -> [__m256; 4] {
+        let mut at = [0; WIDTH];
+        Self::store_i(index, &mut at);
+        let mut frac = [0.0; WIDTH];
+        Self::store(fraction, &mut frac);
+        // Lanes i and i + 4 share a register, so that the transposition below stays within 128-bit halves.
+        let row = |i: usize| {
+            let (low, high) = (table.get(at[i]), table.get(at[i + 4]));
+            // SAFETY: four f32 behind each reference.
+            let (value, step) = unsafe {
+                (_mm256_loadu2_m128(high.value.as_ptr(), low.value.as_ptr()), _mm256_loadu2_m128(high.step.as_ptr(), low.step.as_ptr()))
+            };
+            let frac = op!(_mm256_set_m128(_mm_set1_ps(frac[i + 4]), _mm_set1_ps(frac[i])));
+            Self::add(value, Self::mul(step, frac))
+        };
+        let (a, b, c, d) = (row(0), row(1), row(2), row(3));
+        op!({
+            let (ab_lo, ab_hi) = (_mm256_unpacklo_ps(a, b), _mm256_unpackhi_ps(a, b));
+            let (cd_lo, cd_hi) = (_mm256_unpacklo_ps(c, d), _mm256_unpackhi_ps(c, d));
+            [
+                _mm256_shuffle_ps::<0b01_00_01_00>(ab_lo, cd_lo),
+                _mm256_shuffle_ps::<0b11_10_11_10>(ab_lo, cd_lo),
+                _mm256_shuffle_ps::<0b01_00_01_00>(ab_hi, cd_hi),
+                _mm256_shuffle_ps::<0b11_10_11_10>(ab_hi, cd_hi),
+            ]
+        })
+    }
+}

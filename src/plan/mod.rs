@@ -1,0 +1,186 @@
+//! The plan: from scene and settings to slices, tables and stages, and to the list of what a scene does not need.
+
+mod left_out;
+mod table;
+
+pub(crate) use left_out::{counted, planned};
+pub(crate) use table::Layout;
+
+use crate::fragment::*;
+use crate::lanes::{Level, ToF32};
+use crate::proxy::Stack;
+use crate::scene::{Blend, Fog, FogDistance, FogWeighting, Order, Scene};
+use crate::volume::bricks::Bricks;
+use crate::volume::{Volume, VoxelType};
+
+/// How stored values become the f32 numbers of the stages, and those the data's units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Scaling {
+    /// Conversion on load, where it takes more than a cast.
+    pub(crate) to_f32: Option<ToF32>,
+    /// Data value = `scale` * number + `offset`.
+    pub(crate) scale: f64,
+    /// See `scale`.
+    pub(crate) offset: f64,
+}
+
+impl Scaling {
+    /// Chooses a conversion that keeps the values of `volume` within f32 and, for types wider than f32, their differences exact.
+    pub(crate) fn new(volume: &Volume, bricks: &Bricks) -> Self {
+        let (min, max) = bricks.range;
+        let (slope, intercept) = volume.rescale();
+        let range = max - min;
+        let exact = min.abs().max(max.abs()) <= f64::from(1 << 24);
+        let to_f32 = match volume.voxels().voxel_type() {
+            VoxelType::U8 | VoxelType::I8 | VoxelType::U16 | VoxelType::I16 => None,
+            VoxelType::U32 | VoxelType::I32 => (!exact).then_some(ToF32 { gain: 1.0, bias: min }),
+            // Differences of neighbours must not overflow.
+            VoxelType::F32 => (min < max && !(range < 1e38)).then_some(ToF32 { gain: 1.0 / 16.0, bias: 0.0 }),
+            VoxelType::F64 if !(min < max) => None,
+            VoxelType::F64 => {
+                let gain = if (1e-20..1e20).contains(&range) { 1.0 } else { power_of_two_near(1.0 / (max * 0.5 - min * 0.5)) };
+                Some(ToF32 { gain, bias: min * gain })
+            }
+        };
+        let m = to_f32.unwrap_or(ToF32 { gain: 1.0, bias: 0.0 });
+        Self { to_f32, scale: slope / m.gain, offset: slope * (m.bias / m.gain) + intercept }
+    }
+
+    /// The number that stands for a value in the data's units.
+    pub(crate) fn number(&self, value: f64) -> f64 {
+        (value - self.offset) / self.scale
+    }
+}
+
+/// The power of two next below |x|, within the normal range of f64.
+fn power_of_two_near(x: f64) -> f64 {
+    let (_, exponent) = libm::frexp(x);
+    libm::scalbn(1.0, exponent.clamp(-1000, 1000) - 1)
+}
+
+/// Stages of batches whose fragments are all covered by whole slabs, and of all others.
+pub(crate) struct Stages<'v> {
+    pub(crate) span: Stage<'v>,
+    pub(crate) whole: Vec<Stage<'v>>,
+    pub(crate) partial: Vec<Stage<'v>>,
+}
+
+/// What a frame needs, decided before the first pixel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Needs {
+    pub(crate) blend: BlendKind,
+    pub(crate) order: Order,
+    pub(crate) terminate: bool,
+    pub(crate) guard: bool,
+    pub(crate) fog: Option<FogDistance>,
+    pub(crate) perspective: bool,
+    pub(crate) far: bool,
+    pub(crate) split_scale: bool,
+    pub(crate) skip: bool,
+}
+
+/// [`Blend`] without its numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum BlendKind {
+    Over,
+    Add,
+    Max,
+    Min,
+    Average,
+    Lmip,
+    Iso,
+}
+
+impl Needs {
+    pub(crate) fn new(scene: &Scene, stack: &Stack, bricks: &Bricks, scaling: &Scaling, split_scale: bool) -> Self {
+        let blend = match (scene.blend(), scaling.scale < 0.0) {
+            (Blend::Over, _) => BlendKind::Over,
+            (Blend::Add, _) => BlendKind::Add,
+            // A negative slope turns the order of stored values around.
+            (Blend::Mip, false) | (Blend::Min, true) => BlendKind::Max,
+            (Blend::Min, false) | (Blend::Mip, true) => BlendKind::Min,
+            (Blend::Average, _) => BlendKind::Average,
+            (Blend::Lmip { .. }, _) => BlendKind::Lmip,
+            (Blend::Iso { .. }, _) => BlendKind::Iso,
+        };
+        let colors = matches!(blend, BlendKind::Over | BlendKind::Add);
+        let fog = scene.fog().filter(|_| colors);
+        let literal = fog.is_some_and(|f| f.weighting() == FogWeighting::Literal);
+        let order = if blend == BlendKind::Over { scene.order() } else { Order::FrontToBack };
+        Self {
+            blend,
+            order,
+            terminate: blend == BlendKind::Over && order == Order::FrontToBack && scene.terminate() > 0.0,
+            guard: bricks.non_finite > 0,
+            fog: fog.map(Fog::distance),
+            perspective: stack.perspective,
+            far: spans_far(stack),
+            split_scale,
+            // Literal fog lights up empty slices: that is its mistake, and it is reproduced.
+            skip: colors && !literal,
+        }
+    }
+
+    /// The stages, compiled for `level`.
+    pub(crate) fn stages<'v>(&self, volume: &'v Volume, scaling: &Scaling, level: Level) -> Stages<'v> {
+        let mut middle: Vec<Stage<'v>> = Vec::new();
+        middle.push(if self.far { level.kernel::<TexcoordFar, _, _>() } else { level.kernel::<Texcoord, _, _>() });
+        // Pairs along x need two voxels there.
+        let pairs = !self.far && scaling.to_f32.is_none() && volume.grid().dims()[0] > 1;
+        middle.push(match volume.voxels().voxel_type() {
+            VoxelType::U8 | VoxelType::I8 if pairs => level.kernel::<FetchPairs8, _, _>(),
+            VoxelType::U16 | VoxelType::I16 if pairs => level.kernel::<FetchPairs16, _, _>(),
+            _ if self.far => level.kernel::<FetchAny<true>, _, _>(),
+            _ => level.kernel::<FetchAny<false>, _, _>(),
+        });
+        if self.guard {
+            middle.push(level.kernel::<Guard, _, _>());
+        }
+        let colors = matches!(self.blend, BlendKind::Over | BlendKind::Add);
+        if colors {
+            middle.push(if self.split_scale { level.kernel::<Classify<true>, _, _>() } else { level.kernel::<Classify<false>, _, _>() });
+        }
+        let fog: Option<Stage<'v>> = self.fog.map(|distance| match distance {
+            FogDistance::Planar => level.kernel::<FogPlanar, _, _>(),
+            FogDistance::Radial => level.kernel::<FogRadial, _, _>(),
+        });
+        let blend: Stage<'v> = match (self.blend, self.order) {
+            (BlendKind::Over, Order::FrontToBack) if self.terminate => level.kernel::<BlendFront<true>, _, _>(),
+            (BlendKind::Over, Order::FrontToBack) => level.kernel::<BlendFront<false>, _, _>(),
+            (BlendKind::Over, Order::BackToFront) => level.kernel::<BlendBack, _, _>(),
+            (BlendKind::Add, _) => level.kernel::<ProjectAdd, _, _>(),
+            (BlendKind::Max, _) => level.kernel::<ProjectMax, _, _>(),
+            (BlendKind::Min, _) => level.kernel::<ProjectMin, _, _>(),
+            (BlendKind::Average, _) => level.kernel::<ProjectAverage, _, _>(),
+            (BlendKind::Lmip, _) => level.kernel::<ProjectLmip, _, _>(),
+            (BlendKind::Iso, _) => level.kernel::<ProjectIso, _, _>(),
+        };
+        let finish = |correct: bool, mask: bool| {
+            let mut list = middle.clone();
+            if correct && colors {
+                list.push(level.kernel::<Correct, _, _>());
+            }
+            list.extend(fog);
+            if mask && colors {
+                list.push(level.kernel::<MaskStage, _, _>());
+            }
+            list.push(blend);
+            list
+        };
+        Stages { span: level.kernel::<Span, _, _>(), whole: finish(self.perspective, self.guard), partial: finish(true, true) }
+    }
+}
+
+/// Whether the cells of one batch may lie 2^24 voxels apart or more: the batch's extent in the worst place of the picture.
+fn spans_far(stack: &Stack) -> bool {
+    let scale = if stack.perspective { stack.far.abs().max(stack.near.abs()) } else { 1.0 };
+    let mut voxels = 0.0;
+    let mut stride = 1.0;
+    for axis in 0..3 {
+        let f = stack.index[axis];
+        let extent = (7.0 * (f.b.abs() + f.c.abs()) * scale + 3.0).min(stack.dims[axis] as f64);
+        voxels += extent * stride;
+        stride *= stack.dims[axis] as f64;
+    }
+    voxels >= f64::from(1 << 24)
+}

@@ -1,0 +1,208 @@
+//! Sampling a transfer function to a table: how many entries, over which values, and which of them are transparent.
+
+use crate::lanes::LookupTable;
+use crate::scene::TransferFunction;
+
+/// Largest difference from the exact function that a table may have, of full scale.
+const TABLE_ERROR: f64 = 1.0 / 4096.0;
+/// Most intervals of a table. With a step in the transfer function at least an eighth of them resolve it.
+const MOST: usize = 1 << 15;
+/// Fewest intervals of a table that is not constant.
+const FEWEST: usize = 64;
+
+/// Over which values a table runs, and in how many intervals; everything but the thickness of the slab.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Layout {
+    /// Value at the first entry, data units.
+    pub(crate) low: f64,
+    /// Value at the last entry, data units.
+    pub(crate) high: f64,
+    /// Intervals between entries.
+    pub(crate) intervals: usize,
+    /// Count of intervals with any opacity before interval i: `opaque[i]`, one longer than there are intervals.
+    opaque: Vec<u32>,
+}
+
+/// Slab colour and opacity at a value: premultiplied, for a piece `ratio` reference lengths long (1 - (1 - a)^ratio).
+fn slab(transfer: &TransferFunction, value: f64, ratio: f64) -> [f64; 4] {
+    let color = transfer.eval(value);
+    let alpha = if color.alpha >= 1.0 { 1.0 } else { -libm::expm1(ratio * libm::log1p(-color.alpha)) };
+    let [r, g, b] = color.rgb.map(|c| c * alpha);
+    [r, g, b, alpha]
+}
+
+impl Layout {
+    /// A layout for values in [min, max] through `transfer`, fine enough for slabs `ratio` reference lengths thick.
+    pub(crate) fn new(transfer: &TransferFunction, (min, max): (f64, f64), ratio: f64) -> Self {
+        let knots = transfer.knots();
+        let (first, last) = (knots[0], knots[knots.len() - 1]);
+        // Beyond its outer knots the function is constant, beyond the data nobody looks.
+        let low = first.max(min).min(max);
+        let high = last.min(max).max(low);
+        if !(high > low) {
+            let value = if min > last { last } else { low };
+            let opaque = u32::from(transfer.eval(value).alpha > 0.0);
+            return Self { low: value, high: value, intervals: 1, opaque: vec![0, opaque] };
+        }
+        let inner: Vec<f64> = knots.iter().copied().filter(|&k| k > low && k < high).collect();
+        let mut intervals = aligned(&inner, low, high).unwrap_or(FEWEST);
+        if inner.iter().any(|&k| transfer.has_step(k)) {
+            intervals *= (MOST / 4 / intervals).max(1);
+        }
+        while intervals < MOST && Self::error(transfer, &inner, low, high, intervals, ratio) > TABLE_ERROR {
+            intervals *= 2;
+        }
+        let intervals = intervals.min(MOST);
+        let width = (high - low) / intervals as f64;
+        let entry = |i: usize| transfer.eval(if i == intervals { high } else { low + i as f64 * width }).alpha > 0.0;
+        let mut opaque = vec![0];
+        for i in 0..intervals {
+            opaque.push(opaque[i] + u32::from(entry(i) || entry(i + 1)));
+        }
+        Self { low, high, intervals, opaque }
+    }
+
+    /// Largest difference between the interpolated table and the function, at `knots` and in the middle of intervals.
+    fn error(transfer: &TransferFunction, knots: &[f64], low: f64, high: f64, intervals: usize, ratio: f64) -> f64 {
+        let width = (high - low) / intervals as f64;
+        let entries: Vec<[f64; 4]> = (0..=intervals).map(|i| slab(transfer, low + i as f64 * width, ratio)).collect();
+        let differ = |value: f64| {
+            let x = (value - low) / width;
+            let i = (x as usize).min(intervals - 1);
+            let (a, b, t) = (entries[i], entries[i + 1], x - i as f64);
+            let exact = slab(transfer, value, ratio);
+            (0..4).map(|c| (a[c] + (b[c] - a[c]) * t - exact[c]).abs()).fold(0.0, f64::max)
+        };
+        let middles = (0..intervals).map(|i| low + (i as f64 + 0.5) * width);
+        knots.iter().copied().chain(middles).map(differ).fold(0.0, f64::max)
+    }
+
+    /// The table for slabs `ratio` reference lengths thick.
+    pub(crate) fn table(&self, transfer: &TransferFunction, ratio: f64) -> LookupTable {
+        if self.high == self.low {
+            return LookupTable::new(&[slab(transfer, self.low, ratio).map(|x| x as f32)]);
+        }
+        let width = (self.high - self.low) / self.intervals as f64;
+        let colors: Vec<[f32; 4]> = (0..=self.intervals)
+            .map(|i| slab(transfer, if i == self.intervals { self.high } else { self.low + i as f64 * width }, ratio).map(|x| x as f32))
+            .collect();
+        LookupTable::new(&colors)
+    }
+
+    /// Index of the last entry.
+    pub(crate) fn last(&self) -> usize {
+        if self.high == self.low { 0 } else { self.intervals }
+    }
+
+    /// Whether any value in [lo, hi] may be opaque in this table; never a false no.
+    pub(crate) fn opaque_within(&self, lo: f64, hi: f64) -> bool {
+        if lo > hi {
+            return false;
+        }
+        if self.high == self.low {
+            return self.opaque[1] > 0;
+        }
+        // Rounding of the interpolation may leave the range by a few units in the last place of f32.
+        let slack = 1e-6 * lo.abs().max(hi.abs());
+        let scale = self.intervals as f64 / (self.high - self.low);
+        let top = self.intervals as f64 - 1.0;
+        let a = ((lo - slack - self.low) * scale).clamp(0.0, top) as usize;
+        let b = ((hi + slack - self.low) * scale).clamp(0.0, top) as usize;
+        self.opaque[b + 1] > self.opaque[a]
+    }
+}
+
+/// The smallest number of intervals, of at least [`FEWEST`], that puts every knot on an entry, if it is reasonable.
+fn aligned(knots: &[f64], low: f64, high: f64) -> Option<usize> {
+    let range = high - low;
+    // Knots in units of 1/2^s of the data's unit: whole numbers for s up to 4 in all common tables.
+    for s in [1.0, 2.0, 4.0, 8.0, 16.0] {
+        let whole = |x: f64| {
+            let y = x * s;
+            (y.abs() < 1e9 && libm::fabs(y - libm::rint(y)) < 1e-9).then(|| libm::rint(y) as u64)
+        };
+        let Some(total) = whole(range) else { continue };
+        let Some(offsets) = knots.iter().map(|k| whole(k - low)).collect::<Option<Vec<u64>>>() else { continue };
+        let unit = offsets.iter().copied().fold(total, gcd);
+        let mut intervals = (total / unit.max(1)) as usize;
+        if intervals == 0 || intervals > MOST / 4 {
+            return None;
+        }
+        while intervals < FEWEST {
+            intervals *= 2;
+        }
+        return Some(intervals);
+    }
+    None
+}
+
+fn gcd(a: u64, b: u64) -> u64 {
+    if b == 0 { a } else { gcd(b, a % b) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn gray(opacity: Vec<(f64, f64)>) -> TransferFunction {
+        TransferFunction::new(vec![(0.0, [0.2, 0.5, 1.0]), (1000.0, [1.0, 0.5, 0.0])], opacity).expect("valid")
+    }
+
+    fn worst(transfer: &TransferFunction, range: (f64, f64), ratio: f64) -> f64 {
+        let layout = Layout::new(transfer, range, ratio);
+        let table = layout.table(transfer, ratio);
+        let n = 100_003;
+        (0..=n)
+            .map(|i| {
+                let value = range.0 + (range.1 - range.0) * f64::from(i) / f64::from(n);
+                let x = ((value - layout.low) / (layout.high - layout.low) * layout.last() as f64).clamp(0.0, layout.last() as f64);
+                let entry = table.get(x as i32);
+                let exact = slab(transfer, value, ratio);
+                (0..4).map(|c| (f64::from(entry.value[c]) + f64::from(entry.step[c]) * x.fract() - exact[c]).abs()).fold(0.0, f64::max)
+            })
+            .fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn tables_stay_within_a_1024th_of_full_scale() {
+        let ramp = gray(vec![(0.0, 0.0), (1000.0, 0.9)]);
+        let spike = gray(vec![(400.0, 0.0), (400.7, 1.0), (401.3, 0.0)]);
+        let odd = gray(vec![(0.1, 0.0), (333.3333, 0.02), (333.7, 0.9), (777.77, 0.1)]);
+        for transfer in [ramp, spike, odd] {
+            for ratio in [0.01, 1.0, 7.0] {
+                let e = worst(&transfer, (0.0, 1000.0), ratio);
+                assert!(e < 1.0 / 1024.0, "ratio {ratio}: {e}");
+            }
+        }
+    }
+
+    #[test]
+    fn whole_number_knots_fall_on_entries() {
+        let points: Vec<(f64, f64)> = (0..256).map(|i| (f64::from(i), f64::from(i * 7919 % 256) / 512.0)).collect();
+        let transfer = gray(points.clone());
+        let layout = Layout::new(&transfer, (0.0, 255.0), 0.5);
+        assert_eq!(layout.intervals % 255, 0);
+        assert!(worst(&transfer, (0.0, 255.0), 0.5) < 1.0 / 1024.0);
+    }
+
+    #[test]
+    fn transparent_ranges_are_known() {
+        let transfer = gray(vec![(100.0, 0.0), (200.0, 0.5), (300.0, 0.0), (500.0, 0.0), (600.0, 0.1)]);
+        let layout = Layout::new(&transfer, (0.0, 1000.0), 1.0);
+        assert!(!layout.opaque_within(0.0, 99.0));
+        assert!(layout.opaque_within(0.0, 101.0));
+        assert!(!layout.opaque_within(310.0, 490.0));
+        assert!(layout.opaque_within(250.0, 400.0));
+        assert!(layout.opaque_within(900.0, 1000.0));
+        assert!(!layout.opaque_within(f64::INFINITY, f64::NEG_INFINITY));
+    }
+
+    #[test]
+    fn data_beyond_every_knot_is_one_color() {
+        let transfer = gray(vec![(100.0, 0.3), (200.0, 0.5)]);
+        let above = Layout::new(&transfer, (2000.0, 3000.0), 1.0);
+        assert_eq!(above.table(&transfer, 1.0).get(0).value[3], 0.5);
+        let below = Layout::new(&transfer, (-30.0, -20.0), 1.0);
+        assert_eq!(below.table(&transfer, 1.0).get(0).value[3], 0.3f32);
+    }
+}

@@ -1,0 +1,249 @@
+//! One block of 8 x 8 pixels: its slices in order, those that matter, through the stages.
+
+use super::beam::{Beams, BlockRange};
+use super::occupancy::{Content, Occupancy};
+use crate::fragment::batch::{BATCH, SIDE};
+use crate::fragment::{Batch, Frame, Stage};
+use crate::proxy::Stack;
+use crate::scene::{Fog, Order};
+
+/// Everything a frame's blocks share.
+pub(crate) struct Work<'f, 'v> {
+    pub(crate) frame: &'f Frame<'v>,
+    pub(crate) stack: &'f Stack,
+    /// What depends on the slice alone.
+    pub(crate) fog: Option<&'f Fog>,
+    pub(crate) order: Order,
+    /// Which batches can be passed over; `None` where every fragment counts.
+    pub(crate) occupancy: Option<&'f Occupancy>,
+    /// Sets coverage and lengths of batches that are not whole.
+    pub(crate) span: Stage<'v>,
+    /// Stages of batches in which every fragment is covered by a whole slab.
+    pub(crate) whole: Vec<Stage<'v>>,
+    /// Stages of all other batches.
+    pub(crate) partial: Vec<Stage<'v>>,
+    /// Values pixels start from: colour channels, then transmittance.
+    pub(crate) start: [f32; 4],
+}
+
+/// What was done and what was not, in whole numbers that any number of threads adds up to the same.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) struct Counters {
+    /// Fragments covered by slice polygons.
+    pub(crate) fragments: u64,
+    /// Voxel lookups done, 64 a batch.
+    pub(crate) fetches: u64,
+    /// Batches that went through the stages.
+    pub(crate) batches: u64,
+    /// Batches passed over because nothing in them shows.
+    pub(crate) empty: u64,
+    /// Batches passed over because their pixels were finished.
+    pub(crate) finished: u64,
+    /// Blocks that no slice covers.
+    pub(crate) missed_blocks: u64,
+    /// Batches without the stages for partial coverage.
+    pub(crate) whole: u64,
+}
+
+impl Counters {
+    pub(crate) fn add(&mut self, other: &Self) {
+        self.fragments += other.fragments;
+        self.fetches += other.fetches;
+        self.batches += other.batches;
+        self.empty += other.empty;
+        self.finished += other.finished;
+        self.missed_blocks += other.missed_blocks;
+        self.whole += other.whole;
+    }
+}
+
+/// Index coordinates of a block as functions of depth: `start + d * slope` for its first pixel, and the block's extent.
+struct Placing {
+    start: [f64; 3],
+    slope: [f64; 3],
+    across: [f64; 3],
+    down: [f64; 3],
+    /// Least and greatest offset of a pixel from the first.
+    extent: [[f64; 3]; 2],
+    perspective: bool,
+    /// Largest index of a cell's lower corner, and of a voxel.
+    top: [f64; 3],
+}
+
+impl Placing {
+    fn new(stack: &Stack, x: f64, y: f64) -> Self {
+        let (mut start, mut slope) = ([0.0; 3], [0.0; 3]);
+        let across = stack.index.map(|f| f.b);
+        let down = stack.index.map(|f| f.c);
+        for axis in 0..3 {
+            let f = stack.index[axis];
+            let plane = f.b * x + f.c * y;
+            (start[axis], slope[axis]) = if stack.perspective { (f.a, f.g + plane) } else { (f.a + plane, f.g) };
+        }
+        let far = (SIDE - 1) as f64;
+        let extent = [
+            std::array::from_fn(|i| f64::min(0.0, far * across[i]) + f64::min(0.0, far * down[i])),
+            std::array::from_fn(|i| f64::max(0.0, far * across[i]) + f64::max(0.0, far * down[i])),
+        ];
+        Self { start, slope, across, down, extent, perspective: stack.perspective, top: stack.dims.map(|n| n.saturating_sub(2) as f64) }
+    }
+
+    /// Pixel steps grow with depth in perspective.
+    fn scale(&self, d: f64) -> f64 {
+        if self.perspective { d } else { 1.0 }
+    }
+
+    /// Least and greatest index coordinates of the block between depths `d0` and `d1`.
+    fn bounds(&self, d0: f64, d1: f64) -> ([f64; 3], [f64; 3]) {
+        let (s0, s1) = (self.scale(d0), self.scale(d1));
+        let at = |axis: usize, d: f64| self.start[axis] + d * self.slope[axis];
+        (
+            std::array::from_fn(|i| f64::min(at(i, d0) + s0 * self.extent[0][i], at(i, d1) + s1 * self.extent[0][i])),
+            std::array::from_fn(|i| f64::max(at(i, d0) + s0 * self.extent[1][i], at(i, d1) + s1 * self.extent[1][i])),
+        )
+    }
+
+    /// Sets where the batch's fragments lie at depth `d`, relative to a base voxel below all of them.
+    fn place(&self, d: f64, frame: &Frame<'_>, batch: &mut Batch) {
+        let scale = self.scale(d);
+        let mut base = 0;
+        for axis in 0..3 {
+            let first = self.start[axis] + d * self.slope[axis];
+            // Truncation equals floor from 0 up, and everything below is clamped to 0.
+            let low = (first + scale * self.extent[0][axis]).clamp(0.0, self.top[axis]) as i64;
+            let low_f = low as f64;
+            batch.origin[axis] = (first - low_f) as f32;
+            batch.across[axis] = (scale * self.across[axis]) as f32;
+            batch.down[axis] = (scale * self.down[axis]) as f32;
+            batch.top[axis] = (self.top[axis] - low_f) as f32;
+            // The last voxel: one above the last cell's lower corner, unless the axis has a single voxel.
+            batch.reach[axis] = if frame.strides[axis] == 0 { 0.0 } else { (self.top[axis] - low_f) as f32 + 1.0 };
+            base += low as usize * frame.strides[axis];
+        }
+        batch.cells.base = base;
+    }
+}
+
+/// Renders the block at pixel (x0,y0) into `batch.pixels`; false when no slice covers it.
+pub(crate) fn render(
+    work: &Work<'_, '_>,
+    beams: &Beams<'_>,
+    (x0, y0): (u32, u32),
+    inside: impl Fn(usize) -> bool,
+    batch: &mut Batch,
+    counters: &mut Counters,
+) -> bool {
+    let range = beams.block(x0, y0, inside, &mut batch.pixels);
+    counters.fragments += range.fragments;
+    let [red, green, blue, transmittance] = work.start;
+    batch.pixels.color = [[red; BATCH], [green; BATCH], [blue; BATCH]];
+    batch.pixels.transmittance = [transmittance; BATCH];
+    batch.pixels.alive = true;
+    if range.any.0 > range.any.1 {
+        counters.missed_blocks += 1;
+        return false;
+    }
+    batch.cells.strides = work.frame.strides;
+    batch.length = batch.pixels.slant;
+    let placing = Placing::new(work.stack, f64::from(x0) + 0.5, f64::from(y0) + 0.5);
+    let mut march =
+        March { work, range, placing, batch, counters, whole_lengths: true, window: (f64::from(x0) + 0.5, f64::from(y0) + 0.5) };
+    march.slices(range.any.0, range.any.1 + 1, false);
+    true
+}
+
+/// A block's way through its slices.
+struct March<'m, 'f, 'v> {
+    work: &'m Work<'f, 'v>,
+    range: BlockRange,
+    placing: Placing,
+    batch: &'m mut Batch,
+    counters: &'m mut Counters,
+    /// Whether `batch.length` holds whole slabs.
+    whole_lengths: bool,
+    window: (f64, f64),
+}
+
+impl March<'_, '_, '_> {
+    /// Slices `from..to` in the scene's order, halved until a part is empty, visible throughout, or a single slice.
+    fn slices(&mut self, from: i64, to: i64, visible: bool) {
+        if !self.batch.pixels.alive {
+            self.counters.finished += (to - from) as u64;
+            return;
+        }
+        let mut visible = visible;
+        if let (Some(occupancy), false) = (self.work.occupancy, visible) {
+            let (lo, hi) = self.placing.bounds(self.work.stack.depth(from as u64), self.work.stack.depth(to as u64 - 1));
+            match occupancy.content(lo, hi) {
+                Content::Empty => {
+                    self.counters.empty += (to - from) as u64;
+                    return;
+                }
+                Content::Full => visible = true,
+                Content::Mixed => {}
+            }
+        } else {
+            visible = true;
+        }
+        if visible || to - from == 1 {
+            let mut k = from;
+            while k < to {
+                self.slice(if self.work.order == Order::FrontToBack { k } else { from + to - 1 - k });
+                k += 1;
+                if !self.batch.pixels.alive {
+                    self.counters.finished += (to - k) as u64;
+                    return;
+                }
+            }
+            return;
+        }
+        let middle = from + (to - from) / 2;
+        if self.work.order == Order::FrontToBack {
+            self.slices(from, middle, visible);
+            self.slices(middle, to, visible);
+        } else {
+            self.slices(middle, to, visible);
+            self.slices(from, middle, visible);
+        }
+    }
+
+    /// One slice through the stages.
+    fn slice(&mut self, k: i64) {
+        let (work, batch) = (self.work, &mut *self.batch);
+        let depth = work.stack.depth(k as u64);
+        batch.slice = k as i32;
+        batch.depth = depth as f32;
+        if let Some(fog) = work.fog {
+            batch.fog = fog.factor(depth) as f32;
+        }
+        self.placing.place(depth, work.frame, batch);
+        self.counters.batches += 1;
+        self.counters.fetches += BATCH as u64;
+        if k >= self.range.whole.0 && k <= self.range.whole.1 {
+            self.counters.whole += 1;
+            batch.mask = u64::MAX;
+            if !self.whole_lengths {
+                batch.length = batch.pixels.slant;
+                self.whole_lengths = true;
+            }
+            for stage in &work.whole {
+                stage(work.frame, batch);
+            }
+        } else {
+            (work.span)(work.frame, batch);
+            self.whole_lengths = false;
+            let mut doubt = batch.pixels.doubt & batch.mask;
+            while doubt != 0 {
+                let i = doubt.trailing_zeros() as usize;
+                doubt &= doubt - 1;
+                let (x, y) = (self.window.0 + (i % SIDE) as f64, self.window.1 + (i / SIDE) as f64);
+                if !work.stack.covers(k as u64, x, y) {
+                    batch.mask &= !(1 << i);
+                }
+            }
+            for stage in &work.partial {
+                stage(work.frame, batch);
+            }
+        }
+    }
+}

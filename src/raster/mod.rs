@@ -1,0 +1,17 @@
+//! Rasterization: screen tiles in parallel, blocks of 8 x 8 pixels inside them, slice after slice inside a block.
+//!
+//! ```text
+//!  picture -> tiles (one task each) -> blocks on the picture's own 8 x 8 grid -> slices, nearest or farthest first
+//! ```
+//! Blocks do not depend on tiles: a tile of odd size renders its part of a block. So tiles, like threads, cannot change a pixel.
+
+mod beam;
+mod block;
+mod occupancy;
+mod resolve;
+mod tiles;
+
+pub(crate) use block::{Counters, Work};
+pub(crate) use occupancy::Occupancy;
+pub(crate) use resolve::Resolve;
+pub(crate) use tiles::render_tiles;

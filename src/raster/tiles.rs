@@ -1,0 +1,93 @@
+//! Tiles: squares of the picture that threads take in turn. Each owns its pixels.
+
+use super::beam::Beams;
+use super::block::{self, Counters, Work};
+use super::resolve::Resolve;
+use crate::fragment::Batch;
+use crate::fragment::batch::SIDE;
+use crate::settings::Progress;
+use crate::{Error, Result};
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+/// A tile: its first pixel, and a slice of every row it owns.
+struct Tile<'p> {
+    x: u32,
+    y: u32,
+    rows: Vec<&'p mut [[f32; 4]]>,
+}
+
+/// Cuts a picture `width` pixels wide into tiles of `side` pixels, row by row of tiles.
+fn cut(pixels: &mut [[f32; 4]], width: usize, side: usize) -> Vec<Tile<'_>> {
+    let mut tiles = Vec::new();
+    for (band, rows) in pixels.chunks_mut(width * side).enumerate() {
+        let first = tiles.len();
+        tiles.extend((0..width.div_ceil(side)).map(|t| Tile {
+            x: (t * side) as u32,
+            y: (band * side) as u32,
+            rows: Vec::with_capacity(side),
+        }));
+        for row in rows.chunks_mut(width) {
+            for (tile, part) in tiles[first..].iter_mut().zip(row.chunks_mut(side)) {
+                tile.rows.push(part);
+            }
+        }
+    }
+    tiles
+}
+
+/// Renders all tiles of `side` pixels into `pixels` on the current thread pool.
+pub(crate) fn render_tiles(
+    work: &Work<'_, '_>,
+    resolve: &Resolve<'_>,
+    side: u32,
+    pixels: &mut [[f32; 4]],
+    progress: Option<&dyn Progress>,
+) -> Result<Counters> {
+    let beams = Beams::new(work.stack);
+    let mut tiles = cut(pixels, work.stack.view.width as usize, side as usize);
+    let (total, done, stopped) = (tiles.len() as u64, AtomicU64::new(0), AtomicBool::new(false));
+    let counters = tiles
+        .par_iter_mut()
+        .map_init(Batch::new, |batch, tile| {
+            let mut counters = Counters::default();
+            if stopped.load(Ordering::Relaxed) {
+                return counters;
+            }
+            render_tile(work, &beams, resolve, tile, batch, &mut counters);
+            let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+            if progress.is_some_and(|p| !p.step("rendering", done, total)) {
+                stopped.store(true, Ordering::Relaxed);
+            }
+            counters
+        })
+        .reduce(Counters::default, |mut a, b| {
+            a.add(&b);
+            a
+        });
+    if stopped.into_inner() { Err(Error::Stopped) } else { Ok(counters) }
+}
+
+fn render_tile(
+    work: &Work<'_, '_>,
+    beams: &Beams<'_>,
+    resolve: &Resolve<'_>,
+    tile: &mut Tile<'_>,
+    batch: &mut Batch,
+    counters: &mut Counters,
+) {
+    let (x0, y0) = (tile.x as usize, tile.y as usize);
+    let (x1, y1) = (x0 + tile.rows.first().map_or(0, |r| r.len()), y0 + tile.rows.len());
+    for by in (y0 / SIDE * SIDE..y1).step_by(SIDE) {
+        for bx in (x0 / SIDE * SIDE..x1).step_by(SIDE) {
+            let inside = |i: usize| (x0..x1).contains(&(bx + i % SIDE)) && (y0..y1).contains(&(by + i / SIDE));
+            let covered = block::render(work, beams, (bx as u32, by as u32), inside, batch, counters);
+            for y in by.max(y0)..(by + SIDE).min(y1) {
+                for x in bx.max(x0)..(bx + SIDE).min(x1) {
+                    let i = (y - by) * SIDE + (x - bx);
+                    tile.rows[y - y0][x - x0] = if covered { resolve.pixel(&batch.pixels, i, x, y) } else { resolve.background() };
+                }
+            }
+        }
+    }
+}
