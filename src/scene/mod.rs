@@ -4,6 +4,7 @@ mod camera;
 mod clip;
 mod color;
 mod fog;
+mod looks;
 mod transfer;
 
 pub use camera::{Camera, Placement, Projection, View};

@@ -1,1 +1,0 @@
-//! Built-in volumes: formulas sampled at any size.
