@@ -3,14 +3,18 @@
 mod camera;
 mod clip;
 mod color;
+mod colormap;
 mod fog;
 mod looks;
+pub mod preset;
 mod transfer;
 
 pub use camera::{Camera, Placement, Projection, View};
 pub use clip::{ClipPlane, MAX_CLIP_PLANES};
 pub use color::{Premultiplied, Straight};
+pub use colormap::ColorMap;
 pub use fog::{Fog, FogDistance, FogMode, FogWeighting};
+pub use preset::Preset;
 pub use transfer::TransferFunction;
 
 use crate::{Error, Result};
