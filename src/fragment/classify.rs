@@ -10,7 +10,7 @@ impl<'v, const SPLIT: bool> Kernel<Frame<'v>, Batch> for Classify<SPLIT> {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
         let (low, last) = (L::splat(frame.table_low), L::splat(frame.table_last));
-        let [scale, more] = frame.table_scale.map(L::splat);
+        let (scale, more) = (L::splat(frame.table_scale[0]), L::splat(frame.table_scale[1]));
         for r in 0..SIDE {
             let mut x = L::mul(L::sub(L::load(row(&batch.value, r)), low), scale);
             if SPLIT {

@@ -1,7 +1,7 @@
 //! Trilinear lookup in the voxels' own type.
 
 use super::batch::{Batch, Frame, SIDE, row, row_mut};
-use crate::lanes::{Kernel, Lanes};
+use crate::lanes::{Kernel, Lanes, Pairs};
 use crate::volume::{Voxels, with_voxels};
 
 /// 8-bit voxels, two neighbours along x a load.
@@ -11,13 +11,71 @@ pub(crate) struct FetchPairs16;
 /// Any type, a load a corner. `FAR` batches span more voxels than an i32 counts.
 pub(crate) struct FetchAny<const FAR: bool>;
 
+/// a + t (b - a).
+#[inline(always)]
+fn lerp<L: Lanes>(a: L::F, b: L::F, t: L::F) -> L::F {
+    L::add(a, L::mul(t, L::sub(b, a)))
+}
+
+/// Both voxels of a pair: the low and the high half, with or without sign.
+#[inline(always)]
+fn halves8<L: Lanes, const SIGNED: bool>(pairs: &Pairs<u16>, p: usize, r: usize) -> [L::F; 2] {
+    let pair = L::load_u16(row(&pairs.0[p], r));
+    if SIGNED {
+        [L::to_f(L::sar::<24>(L::shl::<24>(pair))), L::to_f(L::sar::<24>(L::shl::<16>(pair)))]
+    } else {
+        [L::to_f(L::and_i(pair, L::splat_i(0xff))), L::to_f(L::sar::<8>(pair))]
+    }
+}
+
+/// As [`halves8`].
+#[inline(always)]
+fn halves16<L: Lanes, const SIGNED: bool>(pairs: &Pairs<u32>, p: usize, r: usize) -> [L::F; 2] {
+    let pair = L::load_i(bytemuck::cast_ref(row(&pairs.0[p], r)));
+    let low = L::splat_i(0xffff);
+    if SIGNED {
+        [L::to_f(L::sar::<16>(L::shl::<16>(pair))), L::to_f(L::sar::<16>(pair))]
+    } else {
+        [L::to_f(L::and_i(pair, low)), L::to_f(L::and_i(L::sar::<16>(pair), low))]
+    }
+}
+
+/// All rows of a batch of 8-bit pairs.
+#[inline(always)]
+fn rows8<L: Lanes, const SIGNED: bool>(batch: &mut Batch) {
+    for r in 0..SIDE {
+        let p = &batch.pairs8;
+        let edges =
+            [halves8::<L, SIGNED>(p, 0, r), halves8::<L, SIGNED>(p, 1, r), halves8::<L, SIGNED>(p, 2, r), halves8::<L, SIGNED>(p, 3, r)];
+        trilinear::<L>(edges, batch, r);
+    }
+}
+
+/// All rows of a batch of 16-bit pairs.
+#[inline(always)]
+fn rows16<L: Lanes, const SIGNED: bool>(batch: &mut Batch) {
+    for r in 0..SIDE {
+        let p = &batch.pairs16;
+        let edges = [
+            halves16::<L, SIGNED>(p, 0, r),
+            halves16::<L, SIGNED>(p, 1, r),
+            halves16::<L, SIGNED>(p, 2, r),
+            halves16::<L, SIGNED>(p, 3, r),
+        ];
+        trilinear::<L>(edges, batch, r);
+    }
+}
+
 /// Three rounds of linear interpolation between the corners [x, x+1] of the four edges along x.
 #[inline(always)]
 fn trilinear<L: Lanes>(edges: [[L::F; 2]; 4], batch: &mut Batch, r: usize) {
-    let lerp = |a: L::F, b: L::F, t: L::F| L::add(a, L::mul(t, L::sub(b, a)));
-    let [x, y, z] = [0, 1, 2].map(|axis: usize| L::load(row(&batch.weight[axis], r)));
-    let [e00, e10, e01, e11] = edges.map(|[a, b]| lerp(a, b, x));
-    let value = lerp(lerp(e00, e10, y), lerp(e01, e11, y), z);
+    let x = L::load(row(&batch.weight[0], r));
+    let y = L::load(row(&batch.weight[1], r));
+    let z = L::load(row(&batch.weight[2], r));
+    let [e00, e10, e01, e11] = edges;
+    let near = lerp::<L>(lerp::<L>(e00[0], e00[1], x), lerp::<L>(e10[0], e10[1], x), y);
+    let far = lerp::<L>(lerp::<L>(e01[0], e01[1], x), lerp::<L>(e11[0], e11[1], x), y);
+    let value = lerp::<L>(near, far, z);
     L::store(value, row_mut(&mut batch.value, r));
 }
 
@@ -27,24 +85,11 @@ impl<'v> Kernel<Frame<'v>, Batch> for FetchPairs8 {
         match frame.voxels {
             Voxels::U8(v) => {
                 batch.cells.pairs8(v, &batch.offset, &mut batch.pairs8);
-                for r in 0..SIDE {
-                    let low = L::splat_i(0xff);
-                    let edges = [0, 1, 2, 3].map(|p: usize| {
-                        let pair = L::load_u16(row(&batch.pairs8.0[p], r));
-                        [L::to_f(L::and_i(pair, low)), L::to_f(L::sar::<8>(pair))]
-                    });
-                    trilinear::<L>(edges, batch, r);
-                }
+                rows8::<L, false>(batch);
             }
             Voxels::I8(v) => {
                 batch.cells.pairs8(bytemuck::cast_slice(v), &batch.offset, &mut batch.pairs8);
-                for r in 0..SIDE {
-                    let edges = [0, 1, 2, 3].map(|p: usize| {
-                        let pair = L::load_u16(row(&batch.pairs8.0[p], r));
-                        [L::to_f(L::sar::<24>(L::shl::<24>(pair))), L::to_f(L::sar::<24>(L::shl::<16>(pair)))]
-                    });
-                    trilinear::<L>(edges, batch, r);
-                }
+                rows8::<L, true>(batch);
             }
             _ => unreachable!("the plan chose 8-bit lookups for other voxels"),
         }
@@ -57,24 +102,11 @@ impl<'v> Kernel<Frame<'v>, Batch> for FetchPairs16 {
         match frame.voxels {
             Voxels::U16(v) => {
                 batch.cells.pairs16(v, &batch.offset, &mut batch.pairs16);
-                for r in 0..SIDE {
-                    let low = L::splat_i(0xffff);
-                    let edges = [0, 1, 2, 3].map(|p: usize| {
-                        let pair = L::load_i(bytemuck::cast_ref(row(&batch.pairs16.0[p], r)));
-                        [L::to_f(L::and_i(pair, low)), L::to_f(L::and_i(L::sar::<16>(pair), low))]
-                    });
-                    trilinear::<L>(edges, batch, r);
-                }
+                rows16::<L, false>(batch);
             }
             Voxels::I16(v) => {
                 batch.cells.pairs16(bytemuck::cast_slice(v), &batch.offset, &mut batch.pairs16);
-                for r in 0..SIDE {
-                    let edges = [0, 1, 2, 3].map(|p: usize| {
-                        let pair = L::load_i(bytemuck::cast_ref(row(&batch.pairs16.0[p], r)));
-                        [L::to_f(L::sar::<16>(L::shl::<16>(pair))), L::to_f(L::sar::<16>(pair))]
-                    });
-                    trilinear::<L>(edges, batch, r);
-                }
+                rows16::<L, true>(batch);
             }
             _ => unreachable!("the plan chose 16-bit lookups for other voxels"),
         }
@@ -92,7 +124,13 @@ impl<'v, const FAR: bool> Kernel<Frame<'v>, Batch> for FetchAny<FAR> {
             }
         });
         for r in 0..SIDE {
-            let edges = [0, 2, 4, 6].map(|c: usize| [L::load(row(&batch.corners.0[c], r)), L::load(row(&batch.corners.0[c + 1], r))]);
+            let [c0, c1, c2, c3, c4, c5, c6, c7] = &batch.corners.0;
+            let edges = [
+                [L::load(row(c0, r)), L::load(row(c1, r))],
+                [L::load(row(c2, r)), L::load(row(c3, r))],
+                [L::load(row(c4, r)), L::load(row(c5, r))],
+                [L::load(row(c6, r)), L::load(row(c7, r))],
+            ];
             trilinear::<L>(edges, batch, r);
         }
     }

@@ -18,22 +18,34 @@ const COLUMNS: [f32; SIDE] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 /// Lower corners (in voxels from the base voxel) of one row's cells; their weights are stored.
 #[inline(always)]
 fn cells<L: Lanes>(batch: &mut Batch, across: &[L::F; 3], r: usize) -> [L::F; 3] {
-    std::array::from_fn(|axis| {
-        let start = batch.origin[axis] + r as f32 * batch.down[axis];
-        let u = L::add(L::splat(start), across[axis]);
-        // Clamp to edge: half a voxel at the border of a `cells` box has the border's value.
-        let u = L::min(L::max(u, L::splat(0.0)), L::splat(batch.reach[axis]));
-        // u is not negative, so truncation is floor; a lookup on the upper border belongs to the last cell.
-        let cell = L::min(L::to_f(L::trunc(u)), L::splat(batch.top[axis]));
-        L::store(L::sub(u, cell), row_mut(&mut batch.weight[axis], r));
-        cell
-    })
+    [cell::<L>(batch, across, r, 0), cell::<L>(batch, across, r, 1), cell::<L>(batch, across, r, 2)]
+}
+
+/// [`cells`] along one axis.
+#[inline(always)]
+fn cell<L: Lanes>(batch: &mut Batch, across: &[L::F; 3], r: usize, axis: usize) -> L::F {
+    let start = batch.origin[axis] + r as f32 * batch.down[axis];
+    let u = L::add(L::splat(start), across[axis]);
+    // Clamp to edge: half a voxel at the border of a `cells` box has the border's value.
+    let u = L::min(L::max(u, L::splat(0.0)), L::splat(batch.reach[axis]));
+    // u is not negative, so truncation is floor; a lookup on the upper border belongs to the last cell.
+    let cell = L::min(L::to_f(L::trunc(u)), L::splat(batch.top[axis]));
+    L::store(L::sub(u, cell), row_mut(&mut batch.weight[axis], r));
+    cell
+}
+
+/// Offsets of a row's columns from the first along each axis.
+#[inline(always)]
+fn columns<L: Lanes>(batch: &Batch) -> [L::F; 3] {
+    let [x, y, z] = batch.across;
+    let column = L::load(&COLUMNS);
+    [L::mul(column, L::splat(x)), L::mul(column, L::splat(y)), L::mul(column, L::splat(z))]
 }
 
 impl<'v> Kernel<Frame<'v>, Batch> for Texcoord {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
-        let across = batch.across.map(|step| L::mul(L::load(&COLUMNS), L::splat(step)));
+        let across = columns::<L>(batch);
         let (sy, sz) = (L::splat(frame.strides[1] as f32), L::splat(frame.strides[2] as f32));
         for r in 0..SIDE {
             let [x, y, z] = cells::<L>(batch, &across, r);
@@ -47,7 +59,7 @@ impl<'v> Kernel<Frame<'v>, Batch> for Texcoord {
 impl<'v> Kernel<Frame<'v>, Batch> for TexcoordFar {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
-        let across = batch.across.map(|step| L::mul(L::load(&COLUMNS), L::splat(step)));
+        let across = columns::<L>(batch);
         let mut lower = [[0.0f32; BATCH]; 3];
         for r in 0..SIDE {
             let cell = cells::<L>(batch, &across, r);

@@ -28,6 +28,17 @@ macro_rules! op {
     };
 }
 
+/// Interpolated entries of lanes i and i + 4, which share a register, so that a transposition stays within 128-bit halves.
+#[inline(always)]
+fn row(table: &LookupTable, at: &[i32; WIDTH], frac: &[f32; WIDTH], i: usize) -> __m256 {
+    let (low, high) = (table.get(at[i]), table.get(at[i + 4]));
+    // SAFETY: four f32 behind each reference.
+    let (value, step) =
+        unsafe { (_mm256_loadu2_m128(high.value.as_ptr(), low.value.as_ptr()), _mm256_loadu2_m128(high.step.as_ptr(), low.step.as_ptr())) };
+    let frac = op!(_mm256_set_m128(_mm_set1_ps(frac[i + 4]), _mm_set1_ps(frac[i])));
+    Avx2::add(value, Avx2::mul(step, frac))
+}
+
 impl Lanes for Avx2 {
     type F = __m256;
     type I = __m256i;
@@ -176,17 +187,7 @@ impl Lanes for Avx2 {
         Self::store_i(index, &mut at);
         let mut frac = [0.0; WIDTH];
         Self::store(fraction, &mut frac);
-        // Lanes i and i + 4 share a register, so that the transposition below stays within 128-bit halves.
-        let row = |i: usize| {
-            let (low, high) = (table.get(at[i]), table.get(at[i + 4]));
-            // SAFETY: four f32 behind each reference.
-            let (value, step) = unsafe {
-                (_mm256_loadu2_m128(high.value.as_ptr(), low.value.as_ptr()), _mm256_loadu2_m128(high.step.as_ptr(), low.step.as_ptr()))
-            };
-            let frac = op!(_mm256_set_m128(_mm_set1_ps(frac[i + 4]), _mm_set1_ps(frac[i])));
-            Self::add(value, Self::mul(step, frac))
-        };
-        let (a, b, c, d) = (row(0), row(1), row(2), row(3));
+        let (a, b, c, d) = (row(table, &at, &frac, 0), row(table, &at, &frac, 1), row(table, &at, &frac, 2), row(table, &at, &frac, 3));
         op!({
             let (ab_lo, ab_hi) = (_mm256_unpacklo_ps(a, b), _mm256_unpackhi_ps(a, b));
             let (cd_lo, cd_hi) = (_mm256_unpacklo_ps(c, d), _mm256_unpackhi_ps(c, d));
