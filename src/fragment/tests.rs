@@ -1,1 +1,219 @@
+//! Each stage against its scalar twin on random batches, over every level of the machine.
 
+use super::batch::{BATCH, Batch, Frame, FrameFog};
+use super::*;
+use crate::lanes::{Kernel, Level, LookupTable};
+use crate::scene::FogMode;
+use crate::volume::{VoxelType, Voxels};
+
+struct Numbers(u64);
+
+impl Numbers {
+    fn bits(&mut self) -> u64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        self.0
+    }
+    fn unit(&mut self) -> f32 {
+        (self.bits() >> 40) as f32 / (1u64 << 24) as f32
+    }
+}
+
+const DIMS: [usize; 3] = [23, 19, 17];
+
+fn voxels(kind: VoxelType, n: &mut Numbers) -> Voxels {
+    let mut voxels = Voxels::zeros(kind, DIMS.iter().product());
+    voxels.as_bytes_mut().iter_mut().for_each(|b| *b = n.bits() as u8);
+    match &mut voxels {
+        // Random bits would be NaN too often to test anything else.
+        Voxels::F32(v) => v.iter_mut().for_each(|x| *x = if n.bits() % 50 == 0 { f32::NAN } else { n.unit() * 300.0 }),
+        Voxels::F64(v) => v.iter_mut().for_each(|x| *x = f64::from(n.unit()) * 300.0),
+        _ => {}
+    }
+    voxels
+}
+
+fn frame<'v>(voxels: &'v Voxels, n: &mut Numbers, mode: FogMode, weighted: bool) -> Frame<'v> {
+    let colors: Vec<[f32; 4]> = (0..64).map(|_| std::array::from_fn(|_| n.unit())).collect();
+    Frame {
+        voxels,
+        strides: [1, DIMS[0], DIMS[0] * DIMS[1]],
+        to_f32: None,
+        table: LookupTable::new(&colors),
+        table_low: 3.0,
+        table_scale: [0.21, 1.0],
+        table_last: 63.0,
+        terminate: 0.01,
+        fog: Some(FrameFog { mode, color: [0.2, 0.5, 0.9], weighted }),
+        level: 100.0,
+    }
+}
+
+/// A batch with every array filled at random, its fragments somewhere in and around the volume.
+fn batch(n: &mut Numbers) -> Box<Batch> {
+    let mut b = Batch::new();
+    b.slice = (n.bits() % 9) as i32;
+    b.depth = n.unit() * 10.0;
+    b.fog = n.unit();
+    b.mask = n.bits();
+    let base = [n.bits() as usize % 10, n.bits() as usize % 9, n.bits() as usize % 8];
+    b.cells.strides = [1, DIMS[0], DIMS[0] * DIMS[1]];
+    b.cells.base = base[0] + base[1] * DIMS[0] + base[2] * DIMS[0] * DIMS[1];
+    for axis in 0..3 {
+        b.origin[axis] = n.unit() * 9.0 - 3.0;
+        b.across[axis] = n.unit() * 2.0 - 1.0;
+        b.down[axis] = n.unit() * 2.0 - 1.0;
+        b.top[axis] = (DIMS[axis] - 2 - base[axis]) as f32;
+        b.reach[axis] = b.top[axis] + 1.0;
+    }
+    for i in 0..BATCH {
+        b.value[i] = n.unit() * 400.0 - 50.0;
+        b.alpha[i] = if n.bits() % 4 == 0 { 0.0 } else { n.unit() };
+        b.length[i] = if n.bits() % 2 == 0 { 1.0 } else { n.unit() * 1.5 };
+        b.pixels.first[i] = (n.bits() % 6) as i32;
+        b.pixels.last[i] = (n.bits() % 12) as i32;
+        b.pixels.first_length[i] = n.unit();
+        b.pixels.last_length[i] = n.unit();
+        b.pixels.slant[i] = 1.0 + n.unit();
+        b.pixels.plane_squared[i] = n.unit() * 5.0;
+        b.pixels.transmittance[i] = n.unit() * n.unit() * n.unit();
+        for c in 0..3 {
+            b.color[c][i] = n.unit() * b.alpha[i];
+            b.pixels.color[c][i] = n.unit() * 200.0;
+        }
+    }
+    b
+}
+
+/// Everything a stage may write, as bits.
+fn bits(b: &Batch) -> Vec<u64> {
+    let mut all = vec![b.mask, u64::from(b.pixels.alive)];
+    all.extend(b.offset.iter().map(|&o| o as u64));
+    all.extend(b.far_offset);
+    let floats = b.weight.iter().chain(&b.color).chain(&b.pixels.color).chain([&b.value, &b.alpha, &b.length, &b.pixels.transmittance]);
+    all.extend(floats.flatten().map(|x: &f32| if x.is_nan() { u64::MAX } else { u64::from(x.to_bits()) }));
+    all
+}
+
+/// Runs stage `K` after those that it needs, at every level, and asks for the scalar bits.
+fn twin<K: for<'v> Kernel<Frame<'v>, Batch>>(name: &str, before: &[fn(&Frame<'_>, &mut Batch)], kinds: &[VoxelType]) {
+    let mut n = Numbers(99);
+    let modes = [
+        FogMode::Linear { start: 1.0, end: 4.0 },
+        FogMode::Linear { start: 2.0, end: 2.0 },
+        FogMode::Exp { density: 0.3 },
+        FogMode::Exp2 { density: 0.2 },
+    ];
+    let mut changed = false;
+    for round in 0..200 {
+        let kind = kinds[round % kinds.len()];
+        let voxels = voxels(kind, &mut n);
+        let frame = frame(&voxels, &mut n, modes[round % modes.len()], round % 3 != 0);
+        let mut start = batch(&mut n);
+        for stage in before {
+            stage(&frame, &mut start);
+        }
+        let untouched = bits(&start);
+        let run = |level: Level| {
+            let mut b = Batch::new();
+            clone_into(&start, &mut b);
+            level.kernel::<K, Frame<'_>, Batch>()(&frame, &mut b);
+            bits(&b)
+        };
+        let want = run(Level::SCALAR);
+        changed |= want != untouched;
+        for level in Level::available() {
+            assert_eq!(run(level), want, "{name} at {} in round {round} of {kind}", level.name());
+        }
+    }
+    assert!(changed, "{name} never did anything");
+}
+
+fn clone_into(from: &Batch, to: &mut Batch) {
+    (to.slice, to.depth, to.fog, to.mask) = (from.slice, from.depth, from.fog, from.mask);
+    (to.origin, to.across, to.down, to.top, to.reach) = (from.origin, from.across, from.down, from.top, from.reach);
+    (to.cells, to.offset, to.far_offset, to.weight) = (from.cells, from.offset, from.far_offset, from.weight);
+    (to.value, to.color, to.alpha, to.length) = (from.value, from.color, from.alpha, from.length);
+    to.pixels = from.pixels.clone();
+}
+
+fn texcoord(frame: &Frame<'_>, batch: &mut Batch) {
+    Level::SCALAR.kernel::<Texcoord, Frame<'_>, Batch>()(frame, batch);
+}
+fn texcoord_far(frame: &Frame<'_>, batch: &mut Batch) {
+    Level::SCALAR.kernel::<TexcoordFar, Frame<'_>, Batch>()(frame, batch);
+}
+
+#[test]
+fn every_stage_equals_its_scalar_twin() {
+    use VoxelType::*;
+    twin::<Span>("span", &[], &[U8]);
+    twin::<Texcoord>("texcoord", &[], &[U8]);
+    twin::<TexcoordFar>("texcoord far", &[], &[U8]);
+    twin::<FetchPairs8>("fetch 8", &[texcoord], &[U8, I8]);
+    twin::<FetchPairs16>("fetch 16", &[texcoord], &[U16, I16]);
+    twin::<FetchAny<false>>("fetch any", &[texcoord], &VoxelType::ALL);
+    twin::<FetchAny<true>>("fetch far", &[texcoord_far], &VoxelType::ALL);
+    twin::<Classify<false>>("classify", &[], &[U8]);
+    twin::<Classify<true>>("classify in two steps", &[], &[U8]);
+    twin::<Correct>("correct", &[], &[U8]);
+    twin::<FogPlanar>("planar fog", &[], &[U8]);
+    twin::<FogRadial>("radial fog", &[], &[U8]);
+    twin::<MaskStage>("mask", &[], &[U8]);
+    twin::<BlendFront<true>>("front to back", &[], &[U8]);
+    twin::<BlendFront<false>>("front to back to the end", &[], &[U8]);
+    twin::<BlendBack>("back to front", &[], &[U8]);
+    twin::<ProjectMax>("max", &[], &[U8]);
+    twin::<ProjectMin>("min", &[], &[U8]);
+    twin::<ProjectAverage>("average", &[], &[U8]);
+    twin::<ProjectAdd>("add", &[], &[U8]);
+    twin::<ProjectLmip>("lmip", &[], &[U8]);
+    twin::<ProjectIso>("iso", &[], &[U8]);
+}
+
+#[test]
+fn guard_uncovers_fragments_without_a_finite_value() {
+    let voxels = Voxels::U8(vec![0; DIMS.iter().product()]);
+    let mut n = Numbers(5);
+    let frame = frame(&voxels, &mut n, FogMode::Exp { density: 0.0 }, true);
+    for level in Level::available() {
+        let mut b = Batch::new();
+        b.mask = u64::MAX;
+        (b.value[3], b.value[20], b.value[63]) = (f32::NAN, f32::INFINITY, f32::NEG_INFINITY);
+        level.kernel::<Guard, Frame<'_>, Batch>()(&frame, &mut b);
+        assert_eq!(b.mask, !(1 << 3 | 1 << 20 | 1 << 63), "{}", level.name());
+        assert!(b.value.iter().all(|v| v.is_finite()));
+    }
+}
+
+#[test]
+fn lookups_of_pairs_and_of_corners_agree_with_f64() {
+    let mut n = Numbers(11);
+    for kind in VoxelType::ALL {
+        let voxels = voxels(kind, &mut n);
+        let frame = frame(&voxels, &mut n, FogMode::Exp { density: 0.0 }, true);
+        for _ in 0..30 {
+            let mut b = batch(&mut n);
+            texcoord(&frame, &mut b);
+            Level::SCALAR.kernel::<FetchAny<false>, Frame<'_>, Batch>()(&frame, &mut b);
+            let any = b.value;
+            for i in 0..BATCH {
+                let at = b.cells.base + b.offset[i] as usize;
+                let corner = |c: usize| voxels.get(at + (c & 1) + (c >> 1 & 1) * DIMS[0] + (c >> 2) * DIMS[0] * DIMS[1]);
+                let w = [b.weight[0][i], b.weight[1][i], b.weight[2][i]].map(f64::from);
+                let want: f64 = (0..8)
+                    .map(|c| corner(c) * (0..3).map(|a| if c >> a & 1 == 1 { w[a] } else { 1.0 - w[a] }).product::<f64>())
+                    .sum();
+                let size = (0..8).map(|c| corner(c).abs()).fold(0.0, f64::max);
+                assert!((f64::from(any[i]) - want).abs() <= 1e-6 * size + 1e-30 || want.is_nan(), "{kind}: {} not {want}", any[i]);
+            }
+            match kind {
+                VoxelType::U8 | VoxelType::I8 => Level::SCALAR.kernel::<FetchPairs8, Frame<'_>, Batch>()(&frame, &mut b),
+                VoxelType::U16 | VoxelType::I16 => Level::SCALAR.kernel::<FetchPairs16, Frame<'_>, Batch>()(&frame, &mut b),
+                _ => continue,
+            }
+            assert_eq!(b.value.map(f32::to_bits), any.map(f32::to_bits), "{kind}");
+        }
+    }
+}

@@ -1,1 +1,185 @@
+//! Every level against the scalar one, bit for bit, and the scalar one against f64.
 
+use super::*;
+use crate::lanes::scalar::Scalar;
+
+/// Numbers without end, the same on every machine (xorshift).
+pub(crate) struct Numbers(u64);
+
+impl Numbers {
+    pub(crate) fn new(seed: u64) -> Self {
+        Self(seed | 1)
+    }
+    pub(crate) fn bits(&mut self) -> u64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        self.0
+    }
+    /// Uniform in [0,1).
+    pub(crate) fn unit(&mut self) -> f64 {
+        (self.bits() >> 11) as f64 / (1u64 << 53) as f64
+    }
+    pub(crate) fn between(&mut self, lo: f64, hi: f64) -> f64 {
+        lo + self.unit() * (hi - lo)
+    }
+}
+
+struct Inputs {
+    a: [f32; WIDTH],
+    b: [f32; WIDTH],
+    i: [i32; WIDTH],
+    j: [i32; WIDTH],
+    bits: u8,
+    table: LookupTable,
+}
+
+#[derive(Default)]
+struct Outputs {
+    floats: Vec<u32>,
+    ints: Vec<i32>,
+    masks: Vec<u8>,
+}
+
+/// Runs every operation once.
+struct EveryOperation;
+
+impl Kernel<Inputs, Outputs> for EveryOperation {
+    #[inline(always)]
+    fn run<L: Lanes>(input: &Inputs, out: &mut Outputs) {
+        let (a, b, i, j) = (L::load(&input.a), L::load(&input.b), L::load_i(&input.i), L::load_i(&input.j));
+        let m = L::from_bits(input.bits);
+        let in_range = L::min(L::max(a, L::splat(-1e9)), L::splat(1e9));
+        let [r, g, bl, al] = L::lookup(&input.table, i, b);
+        let floats = [
+            L::add(a, b),
+            L::sub(a, b),
+            L::mul(a, b),
+            L::div(a, b),
+            L::sqrt(a),
+            L::min(a, b),
+            L::max(a, b),
+            L::keep(m, a),
+            L::select(m, a, b),
+            L::to_f(i),
+            L::of_bits(L::add_i(L::to_bits(a), L::splat_i(1))),
+            r,
+            g,
+            bl,
+            al,
+            math::expm1_negative::<L>(L::min(in_range, L::splat(0.0))),
+            math::exp_negative::<L>(L::min(in_range, L::splat(0.0))),
+            math::log1p_negated::<L>(L::min(L::max(a, L::splat(0.0)), L::splat(1.0))),
+            math::opacity_for_ratio::<L>(L::min(L::max(a, L::splat(0.0)), L::splat(1.0)), L::max(L::min(b, L::splat(50.0)), L::splat(1e-3))),
+        ];
+        for f in floats {
+            let mut to = [0.0; WIDTH];
+            L::store(f, &mut to);
+            // Which NaN an operation gives is not promised.
+            out.floats.extend(to.map(|x: f32| if x.is_nan() { f32::NAN.to_bits() } else { x.to_bits() }));
+        }
+        let ints = [
+            L::trunc(in_range),
+            L::add_i(i, j),
+            L::sub_i(i, j),
+            L::and_i(i, j),
+            L::shl::<23>(i),
+            L::sar::<8>(i),
+            L::load_u16(&input.i.map(|v| v as u16)),
+        ];
+        for x in ints {
+            let mut to = [0; WIDTH];
+            L::store_i(x, &mut to);
+            out.ints.extend(to);
+        }
+        for x in [L::lt(a, b), L::le(a, b), L::eq_i(i, j), L::gt_i(i, j), L::and(m, L::lt(a, b)), m] {
+            out.masks.push(L::bits(x));
+        }
+    }
+}
+
+#[test]
+fn every_level_gives_the_bits_of_the_scalar_one() {
+    let mut n = Numbers::new(7);
+    let special = [0.0, -0.0, 1.0, -1.0, f32::MIN_POSITIVE, 1e-40, f32::MAX, f32::INFINITY, f32::NEG_INFINITY, f32::NAN, 0.5, 16_777_216.0];
+    let float = |n: &mut Numbers| match n.bits() % 5 {
+        0 => special[(n.bits() % special.len() as u64) as usize],
+        1 => n.unit() as f32,
+        2 => f32::from_bits(n.bits() as u32),
+        _ => n.between(-300.0, 300.0) as f32,
+    };
+    let colors: Vec<[f32; 4]> = (0..37).map(|_| std::array::from_fn(|_| n.unit() as f32)).collect();
+    let table = LookupTable::new(&colors);
+    for round in 0..4000 {
+        let input = Inputs {
+            a: std::array::from_fn(|_| float(&mut n)),
+            b: std::array::from_fn(|_| float(&mut n)),
+            i: std::array::from_fn(|_| n.bits() as i32),
+            j: std::array::from_fn(|_| if n.bits() % 3 == 0 { 5 } else { n.bits() as i32 % 100 }),
+            bits: n.bits() as u8,
+            table: table.clone(),
+        };
+        let run = |level: Level| {
+            let mut out = Outputs::default();
+            level.kernel::<EveryOperation, _, _>()(&input, &mut out);
+            out
+        };
+        let want = run(Level::SCALAR);
+        for level in Level::available() {
+            let got = run(level);
+            assert_eq!(got.floats, want.floats, "{} round {round}: {:?} {:?}", level.name(), input.a, input.b);
+            assert_eq!(got.ints, want.ints, "{} round {round}", level.name());
+            assert_eq!(got.masks, want.masks, "{} round {round}", level.name());
+        }
+    }
+}
+
+fn scalar(f: impl Fn([f32; WIDTH]) -> [f32; WIDTH], x: f32) -> f64 {
+    f64::from(f([x; WIDTH])[3])
+}
+
+#[test]
+fn transcendentals_are_within_their_bounds() {
+    // One unit in the last place is at most 2^-23 of the value.
+    let ulp = 1.0 / f64::from(1 << 23);
+    for k in 0..200_000 {
+        let x = -libm::pow(10.0, f64::from(k) / 200_000.0 * 11.0 - 9.0) as f32;
+        let want = libm::expm1(f64::from(x));
+        let got = scalar(math::expm1_negative::<Scalar>, x);
+        assert!((got - want).abs() <= 2.0 * ulp * want.abs(), "expm1({x}): {got} not {want}");
+        let want = libm::exp(f64::from(x));
+        let got = scalar(math::exp_negative::<Scalar>, x);
+        assert!((got - want).abs() <= 3.0 * ulp * want || x < -86.9, "exp({x}): {got} not {want}");
+        let a = (f64::from(k) + 0.5) / 200_000.0;
+        let a = if k % 2 == 0 { a as f32 } else { libm::pow(a, 8.0) as f32 };
+        // What 1 - a rounds to is all that can be known of it.
+        let known = if a < 0.25 { 1.0 - f64::from(a) } else { f64::from(1.0 - a) };
+        let want = if a < 0.25 { libm::log1p(-f64::from(a)) } else { libm::log(known) };
+        let got = scalar(math::log1p_negated::<Scalar>, a);
+        assert!((got - want).abs() <= 3.0 * ulp * want.abs(), "log1p(-{a}): {got} not {want}");
+    }
+    assert_eq!(scalar(math::expm1_negative::<Scalar>, f32::NEG_INFINITY), -1.0);
+    assert_eq!(scalar(math::expm1_negative::<Scalar>, 0.0), 0.0);
+    assert_eq!(scalar(math::exp_negative::<Scalar>, f32::NEG_INFINITY), 0.0);
+    assert_eq!(scalar(math::exp_negative::<Scalar>, 0.0), 1.0);
+}
+
+#[test]
+fn opacity_one_stays_one_for_every_length() {
+    for length in [1e-6f32, 0.5, 1.0, 1.5, 1e6] {
+        let a = math::opacity_for_ratio::<Scalar>([1.0; WIDTH], [length; WIDTH]);
+        assert_eq!(a, [1.0; WIDTH], "length {length}");
+        let none = math::opacity_for_ratio::<Scalar>([0.0; WIDTH], [length; WIDTH]);
+        assert_eq!(none, [0.0; WIDTH], "length {length}");
+    }
+}
+
+#[test]
+fn levels_are_found_by_name_and_scalar_and_wide_are_everywhere() {
+    let names: Vec<_> = Level::available().iter().map(|l| l.name()).collect();
+    assert!(names.contains(&"scalar") && names.contains(&"wide"));
+    for name in names {
+        assert_eq!(Level::from_name(name).map(Level::name), Some(name));
+    }
+    assert_eq!(Level::from_name("mmx"), None);
+}

@@ -43,11 +43,11 @@ fn build<T: Voxel>(voxels: &[T], [nx, ny, nz]: [usize; 3]) -> Bricks {
             let z_end = (bz * BRICK + BRICK + 1).min(nz);
             for z in bz * BRICK..z_end {
                 // The upper layer of voxels is shared with the next brick: count it there.
-                let counted = z < bz * BRICK + BRICK;
+                let counted = z < bz * BRICK + BRICK || bz + 1 == dims[2];
                 for by in 0..dims[1] {
                     for y in by * BRICK..(by * BRICK + BRICK + 1).min(ny) {
                         let row = &voxels[(z * ny + y) * nx..][..nx];
-                        if T::FLOAT && counted && y < by * BRICK + BRICK {
+                        if T::FLOAT && counted && (y < by * BRICK + BRICK || by + 1 == dims[1]) {
                             non_finite += row.iter().filter(|v| !v.to_f64().is_finite()).count();
                         }
                         for (bx, range) in ranges[by * dims[0]..][..dims[0]].iter_mut().enumerate() {
