@@ -2,6 +2,7 @@
 
 mod error;
 pub mod lanes;
+pub mod reference;
 mod renderer;
 pub mod scene;
 mod settings;
