@@ -7,6 +7,7 @@ use crate::volume::phantom::Phantom;
 use schemars::generate::SchemaSettings;
 use schemars::{Schema, SchemaGenerator, json_schema};
 use serde_json::Value;
+use std::sync::OnceLock;
 
 /// What a key takes.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -41,10 +42,14 @@ pub fn schema() -> Value {
 }
 
 /// Every key of a scene file, sections in their order in [`schema`].
-pub fn keys() -> Vec<Key> {
-    let schema = schema();
+pub fn keys() -> &'static [Key] {
+    static KEYS: OnceLock<Vec<Key>> = OnceLock::new();
+    KEYS.get_or_init(|| keys_of(&schema()))
+}
+
+fn keys_of(schema: &Value) -> Vec<Key> {
     let mut keys = Vec::new();
-    for (section, about) in properties(&schema) {
+    for (section, about) in properties(schema) {
         let mut inner = properties(about).peekable();
         if inner.peek().is_none() {
             keys.push(key(section.clone(), about));

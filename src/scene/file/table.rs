@@ -93,8 +93,8 @@ pub(super) fn document(text: &str, file: Option<&Path>, overrides: &Overrides) -
     let json = text.trim_start().starts_with('{');
     let mut table = if json { from_json(text, &mut places)? } else { from_toml(text, &mut places)? };
     let known = keys();
-    check_keys(&table, &known, &places)?;
-    lay_over(&mut table, overrides, &known, &mut places)?;
+    check_keys(&table, known, &places)?;
+    lay_over(&mut table, overrides, known, &mut places)?;
     let document = serde_path_to_error::deserialize(Value::Table(table)).map_err(|e| {
         let (path, what) = (e.path().to_string(), e.into_inner());
         places.error(&path, what.message().trim())

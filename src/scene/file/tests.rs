@@ -341,7 +341,7 @@ fn the_schema_knows_every_key_and_explains_it() {
     for path in ["volume.path", "camera.fov_y", "transfer.opacity_unit", "slices.terminate", "render.level", "clip", "fog.background"] {
         assert!(keys.iter().any(|k| k.path == path), "{path}");
     }
-    for key in &keys {
+    for key in keys {
         assert!(!key.about.is_empty() && !key.about.contains('\n'), "{}", key.path);
     }
     let kind = |path: &str| keys.iter().find(|k| k.path == path).map(|k| k.kind.clone());
