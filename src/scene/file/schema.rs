@@ -38,7 +38,20 @@ pub fn schema() -> Value {
     if let Some(map) = value.as_object_mut() {
         map.insert("title".into(), "slicestack scene".into());
     }
+    drop_defaults(&mut value);
     value
+}
+
+/// The defaults that the derive finds are those of optional fields: "null", which tells nobody anything.
+fn drop_defaults(value: &mut Value) {
+    match value {
+        Value::Object(map) => {
+            map.remove("default");
+            map.values_mut().for_each(drop_defaults);
+        }
+        Value::Array(items) => items.iter_mut().for_each(drop_defaults),
+        _ => {}
+    }
 }
 
 /// Every key of a scene file, sections in their order in [`schema`].
