@@ -4,6 +4,8 @@ mod camera;
 mod clip;
 mod color;
 mod colormap;
+#[cfg(feature = "scene-file")]
+mod file;
 mod fog;
 mod looks;
 pub mod preset;
@@ -13,6 +15,8 @@ pub use camera::{Camera, Placement, Projection, View};
 pub use clip::{ClipPlane, MAX_CLIP_PLANES};
 pub use color::{Premultiplied, Straight};
 pub use colormap::ColorMap;
+#[cfg(feature = "scene-file")]
+pub use file::{Key, KeyKind, Overrides, SceneFile, keys, schema};
 pub use fog::{Fog, FogDistance, FogMode, FogWeighting};
 pub use preset::Preset;
 pub use transfer::TransferFunction;

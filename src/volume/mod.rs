@@ -5,10 +5,14 @@ mod grid;
 #[cfg(feature = "formats")]
 pub mod io;
 pub mod phantom;
+#[cfg(feature = "formats")]
+mod source;
 mod stats;
 mod voxels;
 
 pub use grid::{BoxConvention, Grid, Space};
+#[cfg(feature = "formats")]
+pub use source::{Origin, VolumeSource};
 pub use stats::{HISTOGRAM_BINS, Statistics};
 pub(crate) use voxels::with_voxels;
 pub use voxels::{Voxel, VoxelType, Voxels};
@@ -84,6 +88,16 @@ impl Volume {
     pub fn with_name(mut self, name: impl Into<String>) -> Self {
         self.name = name.into();
         self
+    }
+
+    /// The same voxels on another grid.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] when the number of voxels is not the grid's.
+    pub fn with_grid(self, grid: Grid) -> Result<Self> {
+        let volume = Self::new(grid, self.voxels)?;
+        let statistics = self.statistics;
+        Ok(Self { slope: self.slope, intercept: self.intercept, modality: self.modality, name: self.name, statistics, ..volume })
     }
 
     /// The same voxels filling their box by another convention.

@@ -1,0 +1,121 @@
+//! Every key of a scene file as a flag: `--camera.azimuth 30`.
+
+use clap::builder::PossibleValuesParser;
+use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
+use slicestack::scene::{Key, KeyKind, Overrides, keys};
+
+const HEADING: &str = "Keys of the scene (each overrides the scene file)";
+
+/// Scene keys given as flags.
+#[derive(Debug, Clone, Default)]
+pub(super) struct SceneFlags(Vec<(&'static str, Vec<String>)>);
+
+/// Only the keys of the section `volume`.
+#[derive(Debug, Clone, Default)]
+pub(super) struct VolumeFlags(SceneFlags);
+
+impl SceneFlags {
+    /// Lays the flags over what `overrides` holds already.
+    pub(super) fn apply(&self, overrides: &mut Overrides) {
+        for (path, values) in &self.0 {
+            match values.as_slice() {
+                _ if *path == "clip" => overrides.set(*path, clip_list(values)),
+                [.., last] => overrides.set(*path, last),
+                [] => {}
+            }
+        }
+    }
+
+    /// Whether a flag of this key was given.
+    pub(super) fn has(&self, path: &str) -> bool {
+        self.0.iter().any(|f| f.0 == path)
+    }
+}
+
+impl VolumeFlags {
+    pub(super) fn apply(&self, overrides: &mut Overrides) {
+        self.0.apply(overrides);
+    }
+}
+
+/// `nx,ny,nz,offset`, as often as wanted, as the list of tables that a scene file has; other text is taken as that list itself.
+fn clip_list(values: &[String]) -> String {
+    let plane = |text: &String| match text.split(',').collect::<Vec<_>>().as_slice() {
+        [x, y, z] if !text.contains('{') => format!("{{ normal = [{x}, {y}, {z}] }}"),
+        [x, y, z, offset] if !text.contains('{') => format!("{{ normal = [{x}, {y}, {z}], offset = {offset} }}"),
+        _ => text.trim().trim_start_matches('[').trim_end_matches(']').to_owned(),
+    };
+    format!("[{}]", values.iter().map(plane).collect::<Vec<_>>().join(", "))
+}
+
+fn augment(command: Command, wanted: fn(&Key) -> bool) -> Command {
+    keys().iter().filter(|k| wanted(k)).fold(command, |command, key| {
+        let arg = Arg::new(key.path.as_str()).long(key.path.as_str()).help(key.about.as_str()).help_heading(HEADING);
+        // `-h` stays short; `--help` shows them all. Numbers may be negative.
+        let arg = arg.hide_short_help(true).allow_hyphen_values(true).action(ArgAction::Append);
+        command.arg(match &key.kind {
+            KeyKind::Text(words) if words.is_empty() => arg.value_name("TEXT"),
+            KeyKind::Text(words) => arg.value_name("WORD").value_parser(PossibleValuesParser::new(words.iter().map(String::as_str))),
+            KeyKind::Scalar => arg.value_name("VALUE"),
+            KeyKind::List if key.path == "clip" => arg.value_name("NX,NY,NZ,OFFSET"),
+            KeyKind::List => arg.value_name("A,B,..."),
+        })
+    })
+}
+
+fn collect(matches: &ArgMatches, wanted: fn(&Key) -> bool) -> SceneFlags {
+    let given = keys().iter().filter(|k| wanted(k)).filter_map(|key| {
+        let values = matches.get_many::<String>(&key.path)?;
+        Some((key.path.as_str(), values.cloned().collect()))
+    });
+    SceneFlags(given.collect())
+}
+
+fn any(_: &Key) -> bool {
+    true
+}
+
+fn of_volume(key: &Key) -> bool {
+    key.path.starts_with("volume.")
+}
+
+impl Args for SceneFlags {
+    fn augment_args(command: Command) -> Command {
+        augment(command, any)
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        augment(command, any)
+    }
+}
+
+impl FromArgMatches for SceneFlags {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        Ok(collect(matches, any))
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        self.0.extend(collect(matches, any).0);
+        Ok(())
+    }
+}
+
+impl Args for VolumeFlags {
+    fn augment_args(command: Command) -> Command {
+        augment(command, of_volume)
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        augment(command, of_volume)
+    }
+}
+
+impl FromArgMatches for VolumeFlags {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        Ok(Self(collect(matches, of_volume)))
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        self.0.update_from_arg_matches(matches)
+    }
+}

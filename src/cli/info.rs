@@ -1,0 +1,171 @@
+//! `slicestack info`: what a volume file is.
+
+use super::flags::VolumeFlags;
+use super::output::print;
+use super::render::scene_of;
+use anyhow::Result;
+use serde_json::{Value, json};
+use slicestack::scene::{Overrides, Preset};
+use slicestack::volume::{Modality, Space};
+use slicestack::{Limits, Volume};
+use std::path::PathBuf;
+
+/// What `info` takes.
+#[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub(super) struct InfoArgs {
+    /// Volume file, or a scene file whose volume is meant.
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    flags: VolumeFlags,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  slicestack info head.nrrd
+  slicestack info ct.raw --volume.dimensions 256,256,113 --volume.type i16 --volume.spacing 1,1,2";
+
+/// Columns of the text histogram.
+const COLUMNS: usize = 64;
+
+pub(super) fn run(args: &InfoArgs) -> Result<()> {
+    let mut overrides = Overrides::default();
+    let text = scene_of(Some(&args.file), &mut overrides)?;
+    args.flags.apply(&mut overrides);
+    let volume = text.open(&overrides)?.volume().load(&Limits::default())?;
+    let text = if args.json { serde_json::to_string_pretty(&as_json(&volume))? + "\n" } else { as_text(&volume) };
+    print(text.as_bytes())
+}
+
+/// Lower and upper corner of the box in the world, by component.
+fn world_box(volume: &Volume) -> [[f64; 3]; 2] {
+    let corners = volume.grid().corners();
+    let by = |f: fn(f64, f64) -> f64, start: f64| std::array::from_fn(|axis| corners.iter().map(|c| c[axis]).fold(start, f));
+    [by(f64::min, f64::INFINITY), by(f64::max, f64::NEG_INFINITY)]
+}
+
+fn modality(volume: &Volume) -> Option<&'static str> {
+    match volume.modality() {
+        Modality::Unknown => None,
+        Modality::Ct => Some("ct"),
+        Modality::Mr => Some("mr"),
+    }
+}
+
+fn space(volume: &Volume) -> Option<&'static str> {
+    match volume.grid().space() {
+        Space::Unknown => None,
+        Space::Ras => Some("right-anterior-superior"),
+        Space::Lps => Some("left-posterior-superior"),
+        Space::Las => Some("left-anterior-superior"),
+    }
+}
+
+/// Every preset with the reason against it, the suggested ones first.
+fn verdicts(volume: &Volume) -> Vec<(Preset, Option<String>)> {
+    let suggested = Preset::suggest(volume);
+    let others = Preset::ALL.into_iter().filter(|p| !suggested.contains(p));
+    suggested.iter().copied().chain(others).map(|p| (p, p.suits(volume).err())).collect()
+}
+
+fn as_json(volume: &Volume) -> Value {
+    let (grid, s) = (volume.grid(), volume.statistics());
+    let (slope, intercept) = volume.rescale();
+    let directions = grid.directions();
+    let verdicts = verdicts(volume);
+    let rejected = verdicts.iter().filter_map(|(p, why)| Some(json!({ "preset": p.name(), "why": why.as_ref()? })));
+    let suggested: Vec<&str> = Preset::suggest(volume).into_iter().map(Preset::name).collect();
+    json!({
+        "name": volume.name(),
+        "dimensions": grid.dims(),
+        "voxels": grid.voxel_count(),
+        "type": volume.voxels().voxel_type().name(),
+        "bytes": volume.voxels().bytes(),
+        "spacing": grid.spacing(),
+        "origin": grid.origin().to_array(),
+        "directions": directions.to_cols_array_2d(),
+        "space": space(volume),
+        "box": world_box(volume),
+        "slope": slope,
+        "intercept": intercept,
+        "modality": modality(volume),
+        "min": s.min,
+        "max": s.max,
+        "mean": s.mean,
+        "non_finite": s.non_finite,
+        "histogram": s.histogram,
+        "presets": suggested,
+        "rejected": rejected.collect::<Vec<_>>(),
+    })
+}
+
+fn as_text(volume: &Volume) -> String {
+    let (grid, s) = (volume.grid(), volume.statistics());
+    let [nx, ny, nz] = grid.dims();
+    let list = |v: [f64; 3]| v.map(short).join(" ");
+    let kind = volume.voxels().voxel_type();
+    let mib = volume.voxels().bytes() as f64 / (1 << 20) as f64;
+    let axes = grid.directions().to_cols_array_2d().map(list);
+    let [low, high] = world_box(volume);
+    let (slope, intercept) = volume.rescale();
+    let mut lines = vec![
+        ("dimensions", format!("{nx} x {ny} x {nz} = {} voxels", grid.voxel_count())),
+        ("type", format!("{kind}, {mib:.1} MiB")),
+        ("spacing", list(grid.spacing())),
+        ("origin", list(grid.origin().to_array())),
+        ("axes", format!("({}) ({}) ({})", axes[0], axes[1], axes[2])),
+        ("space", space(volume).unwrap_or("not stated").to_owned()),
+        ("box", format!("({}) to ({})", list(low), list(high))),
+        ("modality", modality(volume).unwrap_or("not stated").to_owned()),
+        ("values", format!("{} to {}, mean {}", short(s.min), short(s.max), short(s.mean))),
+    ];
+    if (slope, intercept) != (1.0, 0.0) {
+        lines.push(("rescale", format!("value = {} * stored + {}", short(slope), short(intercept))));
+    }
+    if s.non_finite > 0 {
+        lines.push(("non-finite", format!("{} voxels are NaN or infinite: transparent", s.non_finite)));
+    }
+    lines.push(("histogram", histogram(&s.histogram)));
+    lines.push(("", format!("{:<half$}{:>half$}", short(s.min), short(s.max), half = COLUMNS / 2)));
+    let name = if volume.name().is_empty() { "volume" } else { volume.name() };
+    let mut text = format!("{name}\n");
+    for (label, value) in lines {
+        text += &format!("  {label:12}{value}\n");
+    }
+    text += "presets\n";
+    for (preset, why) in verdicts(volume) {
+        text += &match why {
+            None => format!("  + {:16}{}\n", preset.name(), preset.about()),
+            Some(why) => {
+                format!("  - {:16}{}\n", preset.name(), why.strip_prefix(preset.name()).unwrap_or(&why).trim_start_matches([':', ' ']))
+            }
+        };
+    }
+    text
+}
+
+/// Up to six significant digits.
+fn short(x: f64) -> String {
+    if x != 0.0 && !(1e-4..1e9).contains(&x.abs()) {
+        return format!("{x:.4e}");
+    }
+    let digits = if x.abs() >= 100.0 { 2 } else { 5 };
+    let text = format!("{x:.digits$}");
+    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+    if text == "-0" { "0".to_owned() } else { text.to_owned() }
+}
+
+/// A bar a column, its height the logarithm of the count: rare values show beside a large background.
+fn histogram(counts: &[u64]) -> String {
+    const BARS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
+    let columns: Vec<u64> = counts.chunks(counts.len().div_ceil(COLUMNS).max(1)).map(|c| c.iter().sum()).collect();
+    let most = libm::log1p(columns.iter().copied().max().unwrap_or(0) as f64);
+    let bar = |&count: &u64| {
+        if count == 0 { ' ' } else { BARS[((libm::log1p(count as f64) / most * 8.0) as usize).min(7)] }
+    };
+    columns.iter().map(bar).collect()
+}

@@ -1,0 +1,114 @@
+//! A file per verb; here: the verbs, exit statuses, and how errors are told.
+//!
+//! Exit status 0: done. 1: the work failed; one line `error: ...` on stderr, no output file left behind. 2: wrong usage.
+
+mod completions;
+mod flags;
+mod info;
+mod output;
+mod presets;
+mod progress;
+mod render;
+mod schema;
+mod stats;
+
+use clap::error::ErrorKind;
+use clap::{Parser, Subcommand};
+use std::fmt;
+use std::process::ExitCode;
+
+/// Render volumes by texture slicing, on the CPU alone.
+#[derive(Debug, Parser)]
+#[command(name = "slicestack", version, arg_required_else_help = true, subcommand_required = true, after_help = EXAMPLES)]
+struct Cli {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  slicestack render                                   a built-in volume, to slicestack.png
+  slicestack info head.nrrd                           what is in a file, and which presets suit it
+  slicestack render head.nrrd -o head.png             a picture with the preset that fits best
+  slicestack render head.nrrd --preset mr-brain --azimuth 60 --size 800x600
+  slicestack render scene.toml --slices.count 512     a scene file, one of its keys overridden
+  slicestack help render                              every flag, and more examples";
+
+#[derive(Debug, Subcommand)]
+enum Verb {
+    /// Make a picture of a scene or a volume.
+    Render(Box<render::RenderArgs>),
+    /// Tell what is in a volume file, and which presets suit it.
+    Info(info::InfoArgs),
+    /// List presets and colour maps.
+    Presets,
+    /// Print the JSON schema of scene files.
+    Schema,
+    /// Print a completion script for a shell.
+    Completions(completions::CompletionArgs),
+}
+
+/// An error of the caller's: exit status 2.
+#[derive(Debug)]
+struct Usage(String);
+
+impl fmt::Display for Usage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for Usage {}
+
+/// Parses the command line and does what it says.
+pub(crate) fn run() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(e) => return told(&e),
+    };
+    let done = match cli.verb {
+        Verb::Render(args) => render::run(&args),
+        Verb::Info(args) => info::run(&args),
+        Verb::Presets => presets::run(),
+        Verb::Schema => schema::run(),
+        Verb::Completions(args) => completions::run(&args),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(e) => {
+            complain("error", &chain(&e));
+            ExitCode::from(if e.is::<Usage>() { 2 } else { 1 })
+        }
+    }
+}
+
+/// An error and its causes, each told once: the library's errors hold their cause's words already.
+fn chain(e: &anyhow::Error) -> String {
+    let mut text = e.to_string();
+    for cause in e.chain().skip(1).map(ToString::to_string) {
+        if !text.contains(&cause) {
+            text = format!("{text}: {cause}");
+        }
+    }
+    text
+}
+
+/// Help goes out as it is; a mistake becomes one line.
+fn told(e: &clap::Error) -> ExitCode {
+    if !e.use_stderr() || e.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
+        // Nobody is left to tell when printing fails.
+        drop(e.print());
+        return ExitCode::from(if e.use_stderr() { 2 } else { 0 });
+    }
+    let text = e.render().to_string();
+    let lines = text.lines().map(str::trim).take_while(|l| !l.starts_with("Usage:") && !l.starts_with("For more information"));
+    let line = lines.filter(|l| !l.is_empty()).collect::<Vec<_>>().join("; ");
+    complain("error", line.strip_prefix("error: ").unwrap_or(&line));
+    ExitCode::from(2)
+}
+
+/// One line on stderr, whatever `text` holds.
+fn complain(kind: &str, text: &str) {
+    let text: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+    eprintln!("{kind}: {text}");
+}

@@ -1,0 +1,75 @@
+//! Where results go: a file that appears whole, or stdout.
+
+use super::Usage;
+use anyhow::{Context, Result, bail};
+use slicestack::target::{Depth, Format, write_whole};
+use std::io::{ErrorKind, Write, stdout};
+use std::path::{Path, PathBuf};
+
+/// A place for bytes: a file, or stdout where the path is `-`.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Sink {
+    File(PathBuf),
+    Stdout,
+}
+
+impl Sink {
+    /// The sink that `path` names.
+    ///
+    /// # Errors
+    /// When its directory is not there: better told before a long rendering than after.
+    pub(super) fn new(path: &Path) -> Result<Self> {
+        if path == Path::new("-") {
+            return Ok(Self::Stdout);
+        }
+        let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        if !parent.is_dir() {
+            bail!("{}: there is no directory {}", path.display(), parent.display());
+        }
+        if path.is_dir() {
+            bail!("{}: is a directory", path.display());
+        }
+        Ok(Self::File(path.to_path_buf()))
+    }
+
+    /// Writes all of `bytes`, or nothing.
+    ///
+    /// # Errors
+    /// When the file or stdout cannot be written.
+    pub(super) fn write(&self, bytes: &[u8]) -> Result<()> {
+        match self {
+            Self::File(path) => Ok(write_whole(path, bytes)?),
+            Self::Stdout => print(bytes),
+        }
+    }
+}
+
+/// Writes `bytes` to stdout. A reader that has gone (`| head`) is no error.
+///
+/// # Errors
+/// Whatever else stdout says.
+pub(super) fn print(bytes: &[u8]) -> Result<()> {
+    let mut out = stdout().lock();
+    match out.write_all(bytes).and_then(|()| out.flush()) {
+        Err(e) if e.kind() == ErrorKind::BrokenPipe => Ok(()),
+        done => done.context("stdout"),
+    }
+}
+
+/// Format and depth of a picture for `sink`.
+///
+/// # Errors
+/// [`Usage`] when neither a file name nor `--format` tells the format.
+pub(super) fn encoding(sink: &Sink, format: Option<&str>, depth: &str) -> Result<(Format, Depth)> {
+    let depth = if depth == "16" { Depth::Sixteen } else { Depth::Eight };
+    let named = format.and_then(|name| Format::ALL.into_iter().find(|f| f.name() == name));
+    let format = match (named, sink) {
+        (Some(format), _) => format,
+        (None, Sink::Stdout) => Format::Png,
+        (None, Sink::File(path)) => Format::of_path(path).map_err(|e| Usage(e.to_string()))?,
+    };
+    if depth == Depth::Sixteen && format != Format::Png {
+        bail!(Usage(format!("--depth 16 is for PNG; {} holds 32-bit floats", format.name())));
+    }
+    Ok((format, depth))
+}

@@ -1,0 +1,301 @@
+//! From text to a checked table: TOML or JSON, overrides laid over it, and where each key came from.
+
+use super::schema::{Key, KeyKind, keys};
+use super::{Document, Overrides};
+use crate::{Error, Result};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use toml::de::{DeTable, DeValue};
+use toml::{Table, Value};
+
+/// Where a key was written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Place {
+    /// On this line of the file, counted from 1.
+    Line(usize),
+    /// On the command line.
+    Flag,
+}
+
+/// Where every key was written, for messages.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Places {
+    file: Option<PathBuf>,
+    keys: BTreeMap<String, Place>,
+}
+
+/// Ways to say one thing: a key given on the command line drops its rivals from the file.
+const RIVALS: &[(&[&str], &[&str])] = &[
+    (&["volume.path"], &["volume.phantom", "volume.size"]),
+    (&["volume.phantom"], &["volume.path", "volume.dimensions", "volume.type", "volume.endian", "volume.offset"]),
+    (&["camera.eye"], &["camera.azimuth", "camera.elevation", "camera.roll", "camera.zoom"]),
+    (&["camera.azimuth", "camera.elevation"], &["camera.eye", "camera.target", "camera.up"]),
+    (&["slices.count"], &["slices.spacing", "slices.tolerance"]),
+    (&["slices.spacing"], &["slices.count", "slices.tolerance"]),
+    (&["slices.tolerance"], &["slices.count", "slices.spacing"]),
+    (&["camera.height"], &["camera.fov_y"]),
+    (&["camera.fov_y"], &["camera.height"]),
+    (&["transfer.preset"], &["transfer.colormap", "transfer.range", "transfer.color", "transfer.opacity", "transfer.opacity_unit"]),
+    (&["transfer.colormap"], &["transfer.preset", "transfer.color"]),
+    (&["transfer.color", "transfer.opacity"], &["transfer.preset"]),
+];
+
+impl Places {
+    /// Where `path` (`section.key`, perhaps with indices) was written.
+    pub(super) fn of(&self, path: &str) -> Option<Place> {
+        self.find(path).map(|f| f.1)
+    }
+
+    /// The longest part of `path` that was written somewhere, and where.
+    fn find<'p>(&self, path: &'p str) -> Option<(&'p str, Place)> {
+        let mut path = path;
+        loop {
+            if let Some(&place) = self.keys.get(path) {
+                return Some((path, place));
+            }
+            path = &path[..path.rfind(['[', '.'])?];
+        }
+    }
+
+    /// The error `what` about the key `path`, with its place in front.
+    pub(super) fn error(&self, path: &str, what: &str) -> Error {
+        match self.of(path) {
+            Some(Place::Flag) => Error::invalid(format!("--{path}: {what}")),
+            _ => self.placed(path, &format!("{path}: {what}")),
+        }
+    }
+
+    /// Puts the place in front of an [`Error::Invalid`] whose text begins with a section and a key, as those of the scene's
+    /// types do; other errors stay as they are.
+    pub(super) fn locate(&self, error: Error) -> Error {
+        let Error::Invalid(text) = &error else { return error };
+        let mut words = text.split(|c: char| c.is_whitespace() || c == ':').filter(|w| !w.is_empty());
+        let path = format!("{}.{}", words.next().unwrap_or_default(), words.next().unwrap_or_default());
+        self.placed(&path, text)
+    }
+
+    fn placed(&self, path: &str, text: &str) -> Error {
+        let text = match self.find(path) {
+            Some((flag, Place::Flag)) => return Error::invalid(format!("--{flag}: {text}")),
+            Some((_, Place::Line(n))) => format!("line {n}: {text}"),
+            None => text.to_owned(),
+        };
+        match &self.file {
+            Some(file) => Error::format(file, text),
+            None => Error::invalid(text),
+        }
+    }
+}
+
+/// Parses `text`, lays `overrides` over it and checks every key.
+pub(super) fn document(text: &str, file: Option<&Path>, overrides: &Overrides) -> Result<(Document, Places)> {
+    let mut places = Places { file: file.map(Path::to_path_buf), keys: BTreeMap::new() };
+    let json = text.trim_start().starts_with('{');
+    let mut table = if json { from_json(text, &mut places)? } else { from_toml(text, &mut places)? };
+    let known = keys();
+    check_keys(&table, known, &places)?;
+    lay_over(&mut table, overrides, known, &mut places)?;
+    let document = serde_path_to_error::deserialize(Value::Table(table)).map_err(|e| {
+        let (path, what) = (e.path().to_string(), e.into_inner());
+        places.error(&path, what.message().trim())
+    })?;
+    Ok((document, places))
+}
+
+fn syntax(places: &Places, line: usize, what: &str) -> Error {
+    let what = format!("line {line}: {}", what.lines().collect::<Vec<_>>().join("; "));
+    match &places.file {
+        Some(file) => Error::format(file, what),
+        None => Error::invalid(what),
+    }
+}
+
+fn line_of(text: &str, at: usize) -> usize {
+    1 + text.as_bytes().iter().take(at).filter(|&&b| b == b'\n').count()
+}
+
+fn from_toml(text: &str, places: &mut Places) -> Result<Table> {
+    let fail = |places: &Places, e: &toml::de::Error| syntax(places, line_of(text, e.span().map_or(0, |s| s.start)), e.message());
+    let spans = DeTable::parse(text).map_err(|e| fail(places, &e))?;
+    note_lines(spans.get_ref(), "", text, &mut places.keys);
+    toml::from_str(text).map_err(|e| fail(places, &e))
+}
+
+fn note_lines(table: &DeTable<'_>, prefix: &str, text: &str, keys: &mut BTreeMap<String, Place>) {
+    for (name, value) in table {
+        let path = format!("{prefix}{}", name.get_ref());
+        match value.get_ref() {
+            DeValue::Table(inner) => note_lines(inner, &format!("{path}."), text, keys),
+            DeValue::Array(items) => {
+                for (i, item) in items.iter().enumerate() {
+                    if let DeValue::Table(inner) = item.get_ref() {
+                        note_lines(inner, &format!("{path}[{i}]."), text, keys);
+                    }
+                }
+            }
+            _ => {}
+        }
+        keys.insert(path, Place::Line(line_of(text, name.span().start)));
+    }
+}
+
+fn from_json(text: &str, places: &mut Places) -> Result<Table> {
+    let value: serde_json::Value = serde_json::from_str(text).map_err(|e| {
+        let what = e.to_string();
+        let what = what.split(" at line ").next().unwrap_or_default();
+        syntax(places, e.line(), what)
+    })?;
+    let serde_json::Value::Object(sections) = &value else {
+        return Err(syntax(places, 1, "a scene in JSON is one object"));
+    };
+    // serde_json keeps no positions: a key's line is that of its first mention after its section's.
+    let mention = |name: &str, from: usize| {
+        let quoted = format!("\"{name}\"");
+        let hit = text[from..].match_indices(&quoted).find(|(at, _)| text[from + at + quoted.len()..].trim_start().starts_with(':'));
+        hit.map_or(from, |(at, _)| from + at)
+    };
+    for (section, inner) in sections {
+        let start = mention(section, 0);
+        places.keys.insert(section.clone(), Place::Line(line_of(text, start)));
+        for name in inner.as_object().into_iter().flat_map(|o| o.keys()) {
+            places.keys.insert(format!("{section}.{name}"), Place::Line(line_of(text, mention(name, start))));
+        }
+    }
+    match json_to_toml(&value, "", places)? {
+        Some(Value::Table(table)) => Ok(table),
+        _ => Err(syntax(places, 1, "a scene in JSON is one object")),
+    }
+}
+
+/// `null` is a key that is not there.
+fn json_to_toml(value: &serde_json::Value, path: &str, places: &Places) -> Result<Option<Value>> {
+    Ok(Some(match value {
+        serde_json::Value::Null => return Ok(None),
+        serde_json::Value::Bool(b) => Value::Boolean(*b),
+        serde_json::Value::String(s) => Value::String(s.clone()),
+        serde_json::Value::Number(n) => match (n.as_i64(), n.as_f64()) {
+            (Some(i), _) => Value::Integer(i),
+            (None, Some(f)) => Value::Float(f),
+            (None, None) => return Err(places.error(path, &format!("{n} is out of range"))),
+        },
+        serde_json::Value::Array(items) => {
+            let mut out = Vec::new();
+            for (i, item) in items.iter().enumerate() {
+                let path = format!("{path}[{i}]");
+                out.push(json_to_toml(item, &path, places)?.ok_or_else(|| places.error(&path, "null in a list"))?);
+            }
+            Value::Array(out)
+        }
+        serde_json::Value::Object(map) => {
+            let mut out = Table::new();
+            for (name, item) in map {
+                let path = if path.is_empty() { name.clone() } else { format!("{path}.{name}") };
+                if let Some(item) = json_to_toml(item, &path, places)? {
+                    out.insert(name.clone(), item);
+                }
+            }
+            Value::Table(out)
+        }
+    }))
+}
+
+fn check_keys(table: &Table, known: &[Key], places: &Places) -> Result<()> {
+    let sections: Vec<&str> = known.iter().map(|k| k.path.split('.').next().unwrap_or_default()).collect();
+    let paths: Vec<&str> = known.iter().map(|k| k.path.as_str()).collect();
+    for (section, value) in table {
+        if !sections.contains(&section.as_str()) {
+            let misplaced = paths.iter().find(|p| p.split_once('.').is_some_and(|(_, k)| k == section));
+            let best = misplaced.copied().or_else(|| nearest(section, &sections)).unwrap_or_default();
+            return Err(unknown(places, section, best));
+        }
+        let Value::Table(inner) = value else { continue };
+        for name in inner.keys() {
+            let path = format!("{section}.{name}");
+            if !paths.contains(&path.as_str()) && !paths.contains(&section.as_str()) {
+                let misplaced = paths.iter().find(|p| p.split_once('.').is_some_and(|(_, k)| k == name));
+                let own: Vec<&str> = paths.iter().filter(|p| p.starts_with(&format!("{section}."))).copied().collect();
+                let best = misplaced.copied().or_else(|| nearest(&path, &own)).unwrap_or_default();
+                return Err(unknown(places, &path, best));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn unknown(places: &Places, path: &str, best: &str) -> Error {
+    places.error(path, &format!("unknown key; the nearest known one is {best}"))
+}
+
+/// The word most like `word`; the first of equals.
+pub(super) fn nearest<'a>(word: &str, words: &[&'a str]) -> Option<&'a str> {
+    words.iter().copied().min_by_key(|w| strsim::damerau_levenshtein(word, w))
+}
+
+fn lay_over(table: &mut Table, overrides: &Overrides, known: &[Key], places: &mut Places) -> Result<()> {
+    for (path, text) in &overrides.0 {
+        let Some(key) = known.iter().find(|k| k.path == *path) else {
+            let paths: Vec<&str> = known.iter().map(|k| k.path.as_str()).collect();
+            let best = nearest(path, &paths).unwrap_or_default();
+            return Err(Error::invalid(format!("--{path}: unknown key; the nearest known one is {best}")));
+        };
+        places.keys.insert(path.clone(), Place::Flag);
+        let value = value(text, &key.kind).map_err(|what| places.error(path, &what))?;
+        match path.split_once('.') {
+            None => {
+                table.insert(path.clone(), value);
+            }
+            Some((section, name)) => {
+                let inner = table.entry(section).or_insert_with(|| Value::Table(Table::new()));
+                if let Value::Table(inner) = inner {
+                    inner.insert(name.to_owned(), value);
+                }
+            }
+        }
+    }
+    for (winners, losers) in RIVALS {
+        if !winners.iter().any(|w| places.of(w) == Some(Place::Flag)) {
+            continue;
+        }
+        for loser in *losers {
+            if places.of(loser) == Some(Place::Flag) {
+                continue;
+            }
+            if let Some((section, name)) = loser.split_once('.') {
+                if let Some(Value::Table(inner)) = table.get_mut(section) {
+                    inner.remove(name);
+                }
+                places.keys.remove(*loser);
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The value of a flag: text stays as it is, a list may do without its outer brackets.
+fn value(text: &str, kind: &KeyKind) -> Result<Value, String> {
+    match kind {
+        KeyKind::Text(_) => Ok(Value::String(text.to_owned())),
+        KeyKind::Scalar => number(text).or_else(|| inline(text)).ok_or_else(|| format!("cannot read {:?}", text.trim())),
+        KeyKind::List => {
+            let numbers: Option<Vec<Value>> = text.trim().trim_start_matches('[').trim_end_matches(']').split(',').map(number).collect();
+            let list = match inline(text) {
+                Some(list @ Value::Array(_)) => Some(list),
+                // [a, b], [c, d]: a list without its brackets.
+                _ => inline(&format!("[{text}]")),
+            };
+            list.or(numbers.map(Value::Array)).ok_or_else(|| format!("cannot read the list {:?}; write 1,2,3", text.trim()))
+        }
+    }
+}
+
+/// A number as people type it: TOML wants 0.5 where they write .5.
+fn number(text: &str) -> Option<Value> {
+    let text = text.trim();
+    text.parse().map(Value::Integer).or_else(|_| text.parse().map(Value::Float)).ok()
+}
+
+fn inline(text: &str) -> Option<Value> {
+    let mut table: Table = toml::from_str(&format!("x = {text}")).ok()?;
+    // A line break in the text could carry further keys.
+    table.remove("x").filter(|_| table.is_empty())
+}

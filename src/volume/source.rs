@@ -1,0 +1,77 @@
+//! Where a volume comes from: a file, a raw file with its description, or a formula.
+
+use super::io::{self, RawSpec};
+use super::phantom::Phantom;
+use super::{BoxConvention, Grid, Modality};
+use crate::{Limits, Result, Volume};
+use glam::{DMat3, DVec3};
+use std::path::PathBuf;
+
+/// Where the voxels are.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Origin {
+    /// A file that describes itself.
+    File(PathBuf),
+    /// Bare numbers, described here.
+    Raw(PathBuf, RawSpec),
+    /// A formula at so many voxels along each axis.
+    Phantom(Phantom, usize),
+}
+
+/// A volume still to be loaded, and what is to be changed about it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct VolumeSource {
+    /// Where the voxels are.
+    pub origin: Origin,
+    /// Which box the voxels fill.
+    pub convention: BoxConvention,
+    /// Spacing instead of the file's; a negative number also turns the axis around.
+    pub spacing: Option<[f64; 3]>,
+    /// World position of voxel (0,0,0) instead of the file's.
+    pub position: Option<[f64; 3]>,
+    /// Slope instead of the file's in value = slope * stored + intercept.
+    pub slope: Option<f64>,
+    /// Intercept instead of the file's.
+    pub intercept: Option<f64>,
+    /// Kind of values instead of the file's.
+    pub modality: Option<Modality>,
+}
+
+impl VolumeSource {
+    /// The source itself, with nothing changed.
+    pub fn new(origin: Origin) -> Self {
+        Self { origin, convention: BoxConvention::Cells, spacing: None, position: None, slope: None, intercept: None, modality: None }
+    }
+
+    /// Loads the volume.
+    ///
+    /// # Errors
+    /// Whatever the reader says, [`crate::Error::Limit`] when the voxels would exceed `limits`, [`crate::Error::Invalid`] for a
+    /// spacing, position or rescale that makes no grid.
+    pub fn load(&self, limits: &Limits) -> Result<Volume> {
+        let mut volume = match &self.origin {
+            Origin::File(path) => io::read(path, limits)?,
+            Origin::Raw(path, spec) => io::read_raw(path, spec, limits)?,
+            Origin::Phantom(phantom, size) => phantom.volume_as(*size, phantom.voxel_type(), limits)?,
+        };
+        if self.spacing.is_some() || self.position.is_some() {
+            let grid = self.regrid(volume.grid())?;
+            volume = volume.with_grid(grid)?;
+        }
+        if self.slope.is_some() || self.intercept.is_some() {
+            let (slope, intercept) = volume.rescale();
+            volume = volume.with_rescale(self.slope.unwrap_or(slope), self.intercept.unwrap_or(intercept))?;
+        }
+        if let Some(modality) = self.modality {
+            volume = volume.with_modality(modality);
+        }
+        Ok(volume.with_convention(self.convention))
+    }
+
+    fn regrid(&self, grid: &Grid) -> Result<Grid> {
+        let spacing = self.spacing.unwrap_or_else(|| grid.spacing());
+        let origin = self.position.map_or(grid.origin(), DVec3::from_array);
+        let steps = grid.directions() * DMat3::from_diagonal(DVec3::from_array(spacing));
+        Ok(Grid::new(grid.dims(), origin, steps)?.with_space(grid.space()))
+    }
+}
