@@ -16,18 +16,22 @@
 mod ascii;
 mod field;
 mod gzip;
+mod metaimage;
 mod nifti;
+mod npy;
+mod npz;
 mod nrrd;
 mod raw;
 mod source;
 mod stored;
+mod vtk;
 
 pub use raw::{RawSpec, read_raw};
 pub use stored::Endian;
 
+use crate::Result;
 use crate::settings::Limits;
 use crate::volume::Volume;
-use crate::{Error, Result};
 use source::Source;
 use std::fmt;
 use std::path::Path;
@@ -84,6 +88,8 @@ fn content(head: &[u8]) -> Content {
         Content::Known(Format::Nifti)
     } else if has(128, b"DICM") || has(0, &[8, 0, 0, 0]) || has(0, &[8, 0, 5, 0]) {
         Content::Refused("a DICOM file: not supported, convert the series to NRRD or NIfTI")
+    } else if metaimage::starts(head) {
+        Content::Known(Format::MetaImage)
     } else if has(257, b"ustar") {
         let dicom = has(512 + 128, b"DICM");
         Content::Refused(if dicom {
@@ -122,6 +128,7 @@ fn identify(source: &mut Source) -> Result<Format> {
         // These readers then say what is wrong with the header.
         "nii" | "hdr" | "img" => Format::Nifti,
         "nrrd" | "nhdr" => Format::Nrrd,
+        "mha" | "mhd" => Format::MetaImage,
         _ => {
             let what = format!("no volume format is known that starts with \"{shown}\" (a raw file needs its dimensions and type)");
             return Err(source.fault(what));
@@ -155,7 +162,12 @@ pub fn read(path: impl AsRef<Path>, limits: &Limits) -> Result<Volume> {
     let volume = match format {
         Format::Nrrd => nrrd::read(source)?,
         Format::Nifti => nifti::read(source)?,
-        other => return Err(Error::format(path, format!("{other} is not read"))),
+        Format::MetaImage => metaimage::read(source)?,
+        Format::Vtk => vtk::read(source)?,
+        Format::Npy => npy::read(source)?,
+        // A zip file is read from its end.
+        Format::Npz if source.is_packed() => return Err(source.fault("a zip archive inside gzip is not supported: unpack it first")),
+        Format::Npz => npz::read(path, limits)?,
     };
     Ok(if volume.name().is_empty() { volume.with_name(path.display().to_string()) } else { volume })
 }

@@ -206,9 +206,10 @@ fn open_data(header: &Header, mut source: Source, encoding: &str, data_bytes: Op
     match (u64::try_from(bytes), data_bytes) {
         (Ok(n), _) => source.skip(n)?,
         (Err(_), Some(data)) if bytes == -1 && encoding == "raw" => {
-            let before = source.left().checked_sub(data).ok_or_else(|| {
-                source.fault(format!("the voxels should take the last {data} bytes, the file holds {}", source.left()))
-            })?;
+            let before = source
+                .left()
+                .checked_sub(data)
+                .ok_or_else(|| source.fault(format!("the voxels should take the last {data} bytes, the file holds {}", source.left())))?;
             source.skip(before)?;
         }
         _ => return Err(source.fault(format!("byte skip is {bytes}: it must be 0 or more, or -1 with raw encoding"))),
