@@ -3,6 +3,8 @@
 //! The files are looked for in `$SLICESTACK_DATA`, else in `../shared/data` beside the package. They are too large to be part of
 //! it: where they are absent each test says so, and fails when run in continuous integration (`$CI` is set).
 
+#![cfg(feature = "formats")]
+
 use glam::{DAffine3, DMat3, DVec3};
 use slicestack::volume::io::{self, Endian, Format, RawSpec};
 use slicestack::volume::{BoxConvention, Space, VoxelType};

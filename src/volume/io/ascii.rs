@@ -2,7 +2,7 @@
 
 use super::Stored;
 use super::field::shown;
-use super::source::{Source, Tail};
+use super::source::Source;
 use crate::volume::{Voxel, Voxels, with_voxels};
 use crate::{Error, Result};
 
@@ -16,9 +16,9 @@ fn is_gap(b: u8) -> bool {
 /// Reads `dims` voxels, x fastest, as numbers between white space or commas.
 ///
 /// # Errors
-/// When a number is missing, is none, or does not fit the type; when there cannot be so many; when more follow and `tail`
-/// allows nothing.
-pub(super) fn voxels(source: &mut Source, dims: [usize; 3], stored: Stored, tail: Tail) -> Result<Voxels> {
+/// When a number is missing, is none, or does not fit the type; when there cannot be so many; when anything but one of the
+/// words `sections` follows.
+pub(super) fn voxels(source: &mut Source, dims: [usize; 3], stored: Stored, sections: &[&str]) -> Result<Voxels> {
     // A digit and a space each, and the last space may be missing: allow for it by one byte of grace.
     let count = match source.weigh(dims, stored, 2) {
         Err(Error::Format { .. }) if exactly_one_short(source, dims) => source.weigh(dims, stored, 1)?,
@@ -26,9 +26,10 @@ pub(super) fn voxels(source: &mut Source, dims: [usize; 3], stored: Stored, tail
     };
     let mut voxels = Voxels::zeros(stored.voxel_type(), count);
     with_voxels!(&mut voxels, v => fill(source, v)?);
-    let more = if tail == Tail::Nothing { token(source)? } else { None };
+    let text = |token: &[u8]| String::from_utf8_lossy(token).into_owned();
+    let more = token(source)?.map(|t| text(&t)).filter(|t| !sections.iter().any(|s| t.eq_ignore_ascii_case(s)));
     if let Some(more) = more {
-        return Err(source.fault(format!("more than {count} numbers: {} follows the last voxel", shown(&String::from_utf8_lossy(&more)))));
+        return Err(source.fault(format!("more than {count} numbers: {} follows the last voxel", shown(&more))));
     }
     Ok(voxels)
 }

@@ -180,7 +180,7 @@ pub(super) fn read(mut source: Source) -> Result<Volume> {
             inflated.voxels(dims, stored, endian, Tail::Nothing)?
         }
         (false, true) => source.voxels(dims, stored, endian, Tail::Ignored)?,
-        (false, false) => ascii::voxels(&mut source, dims, stored, Tail::Nothing)?,
+        (false, false) => ascii::voxels(&mut source, dims, stored, &[])?,
     };
     Ok(named(path, named(path, Volume::new(grid, voxels))?.with_rescale(slope, intercept))?.with_modality(modality))
 }

@@ -175,20 +175,22 @@ struct Checked {
 impl Read for Checked {
     fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
         let fault = |what: &str| Err(io::Error::new(io::ErrorKind::InvalidData, what));
-        let n = self.inner.read(out)?;
-        self.crc.update(&out[..n]);
-        let Some(left) = self.left.checked_sub(n as u64) else {
-            return fault("the zip entry is longer than its directory says");
-        };
-        self.left = left;
-        if n == 0 && !out.is_empty() {
-            if left > 0 {
-                return fault(&format!("the zip entry is {left} bytes shorter than its directory says"));
-            }
-            if self.crc.sum() != self.want {
-                return fault("the zip entry's checksum does not match");
-            }
+        if out.is_empty() {
+            return Ok(0);
         }
+        if self.left == 0 {
+            if self.inner.read(&mut [0])? > 0 {
+                return fault("the zip entry is longer than its directory says");
+            }
+            return if self.crc.sum() == self.want { Ok(0) } else { fault("the zip entry's checksum does not match") };
+        }
+        let want = out.len().min(usize::try_from(self.left).unwrap_or(usize::MAX));
+        let n = self.inner.read(&mut out[..want])?;
+        if n == 0 {
+            return fault(&format!("the zip entry is {} bytes shorter than its directory says", self.left));
+        }
+        self.crc.update(&out[..n]);
+        self.left -= n as u64;
         Ok(n)
     }
 }

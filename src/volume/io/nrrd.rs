@@ -44,7 +44,13 @@ impl Header {
                 }
                 Some((key, value)) => {
                     let key: String = key.chars().filter(|c| !c.is_whitespace()).collect();
-                    header.fields.push((key.to_ascii_lowercase(), value.trim().to_owned()));
+                    let key = key.to_ascii_lowercase();
+                    let list = key == "datafile" && value.trim().starts_with("LIST");
+                    header.fields.push((key, value.trim().to_owned()));
+                    if list {
+                        // File names follow, not fields.
+                        break;
+                    }
                 }
                 None => return Err(source.fault(format!("header line {} is neither a field nor a comment", shown(&line)))),
             }
@@ -251,7 +257,7 @@ pub(super) fn read(mut source: Source) -> Result<Volume> {
     let data_bytes = (grid.voxel_count() as u64).checked_mul(stored.bytes() as u64);
     let mut data = open_data(&header, source, kind, data_bytes)?;
     let voxels = match kind {
-        "ascii" => ascii::voxels(&mut data, axes.dims, stored, Tail::Nothing)?,
+        "ascii" => ascii::voxels(&mut data, axes.dims, stored, &[])?,
         _ => data.voxels(axes.dims, stored, endian, Tail::Ignored)?,
     };
     Ok(named(path, Volume::new(grid, voxels))?.with_modality(header.modality))

@@ -133,7 +133,7 @@ impl Header {
     }
 }
 
-/// Only another section or padding may follow the voxels.
+/// Only another section or padding may follow voxels in binary.
 fn check_rest(source: &mut Source, bytes: u64) -> Result<()> {
     let rest = source.peek(64)?;
     let text = String::from_utf8_lossy(rest).trim_start().to_ascii_uppercase();
@@ -166,10 +166,11 @@ pub(super) fn read(mut source: Source) -> Result<Volume> {
         return Err(source.fault(format!("data for {said} voxels, but the dimensions give {x} x {y} x {z} = {}", grid.voxel_count())));
     }
     let voxels = if binary {
-        source.voxels(dims, stored, Endian::Big, Tail::Unchecked)?
+        let voxels = source.voxels(dims, stored, Endian::Big, Tail::Unchecked)?;
+        check_rest(&mut source, said as u64 * stored.bytes() as u64)?;
+        voxels
     } else {
-        ascii::voxels(&mut source, dims, stored, Tail::Unchecked)?
+        ascii::voxels(&mut source, dims, stored, &SECTIONS)?
     };
-    check_rest(&mut source, said as u64 * stored.bytes() as u64)?;
     named(&path, Volume::new(grid, voxels))
 }
