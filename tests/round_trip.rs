@@ -1,6 +1,7 @@
 //! What the formats' writers put down comes back exactly, for every voxel type, byte order and encoding.
 
 #![cfg(feature = "formats")]
+#![allow(clippy::unwrap_used, reason = "a test that cannot read or write its file shall stop")]
 
 mod files;
 

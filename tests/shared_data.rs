@@ -4,6 +4,7 @@
 //! it: where they are absent each test says so, and fails when run in continuous integration (`$CI` is set).
 
 #![cfg(feature = "formats")]
+#![allow(clippy::unwrap_used, reason = "a test that cannot read or write its file shall stop")]
 
 use glam::{DAffine3, DMat3, DVec3};
 use slicestack::volume::io::{self, Endian, Format, RawSpec};

@@ -1,6 +1,7 @@
 //! Small volume files of every format, made in memory by writers that share nothing with the readers.
 
 #![allow(dead_code, reason = "each test binary uses its own part")]
+#![allow(clippy::unwrap_used, reason = "a test that cannot write its file shall stop")]
 
 use flate2::Compression;
 use flate2::write::{DeflateEncoder, GzEncoder, ZlibEncoder};
