@@ -155,6 +155,7 @@ fn anisotropic_nrrd() {
 }
 
 #[test]
+#[allow(clippy::excessive_precision, reason = "the digits are those of the file's header")]
 fn oblique_nrrd() {
     let Some(v) = open("flair_nrrd/FLAIR.nrrd", Format::Nrrd) else { return };
     check(
