@@ -1,0 +1,97 @@
+//! Voxels written as text, one number after the other.
+
+use super::Stored;
+use super::field::shown;
+use super::source::Source;
+use crate::volume::{Voxel, Voxels, with_voxels};
+use crate::{Error, Result};
+
+/// Longest number that is read; C's `%f` of the largest f64 takes 317 characters.
+const LONGEST: usize = 512;
+
+fn is_gap(b: u8) -> bool {
+    b.is_ascii_whitespace() || b == b',' || b == 0
+}
+
+/// Reads `dims` voxels, x fastest, as numbers between white space or commas.
+///
+/// # Errors
+/// When a number is missing, is none, or does not fit the type; when there cannot be so many; when anything but one of the
+/// words `sections` follows.
+pub(super) fn voxels(source: &mut Source, dims: [usize; 3], stored: Stored, sections: &[&str]) -> Result<Voxels> {
+    // A digit and a space each, and the last space may be missing: allow for it by one byte of grace.
+    let count = match source.weigh(dims, stored, 2) {
+        Err(Error::Format { .. }) if exactly_one_short(source, dims) => source.weigh(dims, stored, 1)?,
+        other => other?,
+    };
+    let mut voxels = Voxels::zeros(stored.voxel_type(), count);
+    with_voxels!(&mut voxels, v => fill(source, v)?);
+    let text = |token: &[u8]| String::from_utf8_lossy(token).into_owned();
+    let more = token(source)?.map(|t| text(&t)).filter(|t| !sections.iter().any(|s| t.eq_ignore_ascii_case(s)));
+    if let Some(more) = more {
+        return Err(source.fault(format!("more than {count} numbers: {} follows the last voxel", shown(&more))));
+    }
+    Ok(voxels)
+}
+
+fn exactly_one_short(source: &Source, dims: [usize; 3]) -> bool {
+    let count = dims.iter().fold(1u128, |a, &n| a.saturating_mul(n as u128));
+    count.saturating_mul(2).checked_sub(1) == Some(u128::from(source.left()))
+}
+
+fn fill<T: Voxel>(source: &mut Source, out: &mut [T]) -> Result<()> {
+    let count = out.len();
+    for (at, voxel) in out.iter_mut().enumerate() {
+        let Some(token) = token(source)? else {
+            return Err(source.fault(format!("the header asks for {count} numbers, only {at} are there")));
+        };
+        let text = String::from_utf8_lossy(&token);
+        *voxel = number(&text).ok_or_else(|| source.fault(format!("voxel {at} is {}, which is no {}", shown(&text), T::TYPE)))?;
+    }
+    Ok(())
+}
+
+/// The number in `text`, when it is one and `T` holds it.
+fn number<T: Voxel>(text: &str) -> Option<T> {
+    use crate::volume::VoxelType::{F32, F64};
+    match T::TYPE {
+        // Straight to f32: through f64 some numbers would be rounded twice.
+        F32 => text.parse::<f32>().ok().map(|v| T::from_f64(f64::from(v))),
+        F64 => text.parse::<f64>().ok().map(T::from_f64),
+        kind => {
+            // Integers written as "1.0" or "1e3" are integers.
+            let value = text.parse::<f64>().ok().filter(|v| libm::trunc(*v) == *v)?;
+            let (low, high) = kind.limits();
+            (low..=high).contains(&value).then(|| T::from_f64(value))
+        }
+    }
+}
+
+/// The next number's characters, or `None` at the end.
+fn token(source: &mut Source) -> Result<Option<Vec<u8>>> {
+    loop {
+        let ahead = source.peek(1)?;
+        if ahead.is_empty() {
+            return Ok(None);
+        }
+        let ahead = source.buffered();
+        let gaps = ahead.iter().take_while(|&&b| is_gap(b)).count();
+        let more = gaps < ahead.len();
+        source.consume(gaps);
+        if more {
+            break;
+        }
+    }
+    // Most numbers end within what is there already.
+    let mut length = source.buffered().iter().take(LONGEST + 1).position(|&b| is_gap(b));
+    if length.is_none() {
+        let ahead = source.peek(LONGEST + 1)?;
+        length = ahead.iter().position(|&b| is_gap(b)).or_else(|| (ahead.len() <= LONGEST).then_some(ahead.len()));
+    }
+    let Some(length) = length else {
+        return Err(source.fault(format!("a number of more than {LONGEST} characters among the voxels")));
+    };
+    let token = source.peek(length)?.to_vec();
+    source.consume(length);
+    Ok(Some(token))
+}

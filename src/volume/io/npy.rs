@@ -1,0 +1,167 @@
+//! NumPy arrays, `.npy` versions 1 to 3: a Python dictionary in text, then the numbers.
+//!
+//! Source of the format: <https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html>. The axes are (z, y, x);
+//! further axes of size 1 are dropped, and two axes are one slice. An uncompressed file may be longer than its header says, as in
+//! NumPy. Of the dictionary only three keys matter, all of a simple form: a scanner finds them without a parser of Python.
+
+use super::field::{named, shown};
+use super::source::{Source, Tail, scatter_z_fastest};
+use super::{Endian, Stored};
+use crate::Result;
+use crate::volume::{Grid, Volume, Voxel, VoxelType, Voxels, with_voxels};
+
+pub(super) const MAGIC: &[u8] = b"\x93NUMPY";
+
+/// What the header says.
+pub(super) struct Header {
+    /// Sizes of the axes, in the file's order.
+    pub(super) shape: Vec<usize>,
+    /// Bytes of the header.
+    pub(super) length: u64,
+    fortran: bool,
+    stored: Stored,
+    endian: Endian,
+}
+
+impl Header {
+    /// Reads the header at the start of `source`.
+    pub(super) fn read(source: &mut Source) -> Result<Self> {
+        let start = source.header(8, "the NumPy header")?;
+        if !start.starts_with(MAGIC) {
+            return Err(source.fault(format!("no NumPy array: it starts with {}", shown(&String::from_utf8_lossy(&start)))));
+        }
+        let (width, length) = match start[6] {
+            1 => (2, u64::from(Endian::Little.u16(&source.header(2, "the NumPy header")?))),
+            2 | 3 => (4, u64::from(Endian::Little.u32(&source.header(4, "the NumPy header")?))),
+            version => return Err(source.fault(format!("NumPy format version {version}: only 1, 2 and 3 are known"))),
+        };
+        let claimed = usize::try_from(length).unwrap_or(usize::MAX);
+        let text = String::from_utf8_lossy(&source.header(claimed, "the NumPy header")?).into_owned();
+        let value = |key| value_of(&text, key).ok_or_else(|| source.fault(format!("the NumPy header {} has no {key}", shown(&text))));
+        let (stored, endian) = descr(source, value("'descr'")?)?;
+        let fortran = match word(value("'fortran_order'")?) {
+            "True" => true,
+            "False" => false,
+            other => return Err(source.fault(format!("fortran_order is {}, neither True nor False", shown(other)))),
+        };
+        let shape = shape(source, value("'shape'")?)?;
+        Ok(Self { shape, length: 8 + width + length, fortran, stored, endian })
+    }
+
+    /// Bytes of the numbers; saturates.
+    pub(super) fn data_bytes(&self) -> u64 {
+        self.shape.iter().fold(self.stored.bytes() as u64, |a, &n| a.saturating_mul(n as u64))
+    }
+
+    /// x, y, z; `None` when the array is no volume.
+    pub(super) fn dims(&self) -> Option<[usize; 3]> {
+        let mut sizes = self.shape.clone();
+        while sizes.len() > 3 {
+            let single = sizes.iter().position(|&n| n == 1)?;
+            sizes.remove(single);
+        }
+        match sizes[..] {
+            [z, y, x] => Some([x, y, z]),
+            [y, x] => Some([x, y, 1]),
+            _ => None,
+        }
+    }
+
+    /// What is wrong with an array that has no [`Header::dims`].
+    pub(super) fn no_volume(&self) -> String {
+        let axis = if self.shape.len() > 3 { format!(", axis 0 has size {}", self.shape[0]) } else { String::new() };
+        format!("an array of {} dimensions {:?}{axis}: 3 are needed (z, y, x)", self.shape.len(), self.shape)
+    }
+
+    /// Reads the numbers that follow the header.
+    pub(super) fn volume(&self, source: &mut Source) -> Result<Volume> {
+        let dims = self.dims().ok_or_else(|| source.fault(self.no_volume()))?;
+        let grid = named(source.path(), Grid::with_spacing(dims, [1.0; 3]))?;
+        let voxels = match (self.fortran, self.stored) {
+            (false, _) => source.voxels(dims, self.stored, self.endian, Tail::Ignored)?,
+            (true, Stored::Native(kind)) => {
+                let voxels = scatter_z_fastest(source, dims, kind, self.endian)?;
+                source.check_tail(self.data_bytes(), Tail::Ignored)?;
+                voxels
+            }
+            (true, _) => {
+                // Half of each number is dropped on the way: two copies of the halves take no more than the file's bytes.
+                let [x, y, z] = dims;
+                let turned = source.voxels([z, y, x], self.stored, self.endian, Tail::Ignored)?;
+                with_voxels!(&turned, v => turn(v, dims))
+            }
+        };
+        named(source.path(), Volume::new(grid, voxels))
+    }
+}
+
+/// Numbers with z fastest, put in the order with x fastest.
+fn turn<T: Voxel>(values: &[T], [nx, ny, nz]: [usize; 3]) -> Voxels {
+    let mut out = Vec::with_capacity(values.len());
+    for z in 0..nz {
+        for y in 0..ny {
+            out.extend((0..nx).map(|x| values[(x * ny + y) * nz + z]));
+        }
+    }
+    T::wrap(out)
+}
+
+/// The text after `key:`.
+fn value_of<'a>(text: &'a str, key: &str) -> Option<&'a str> {
+    // NumPy writes the keys in single quotes; the format allows any Python literal.
+    let at = text.find(key).or_else(|| text.find(&key.replace('\'', "\"")))?;
+    text[at + key.len()..].trim_start().strip_prefix(':').map(str::trim_start)
+}
+
+/// The letters at the start of `text`.
+fn word(text: &str) -> &str {
+    text.split(|c: char| !c.is_ascii_alphanumeric()).next().unwrap_or_default()
+}
+
+fn descr(source: &Source, text: &str) -> Result<(Stored, Endian)> {
+    use VoxelType::{F32, F64, I8, I16, I32, U8, U16, U32};
+    let quoted = text.strip_prefix(['\'', '"']).and_then(|t| t.split(['\'', '"']).next());
+    let Some(quoted) = quoted else {
+        return Err(source.fault(format!("descr is {}: arrays of records are not supported", shown(text))));
+    };
+    let (endian, code) = match quoted.split_at_checked(1) {
+        Some((">", code)) => (Endian::Big, code),
+        Some(("<", code)) => (Endian::Little, code),
+        Some(("|" | "=", code)) => (Endian::NATIVE, code),
+        _ => (Endian::NATIVE, quoted),
+    };
+    let stored = match code {
+        // A bool is one byte, 0 or 1.
+        "u1" | "b1" | "?" => U8.into(),
+        "i1" => I8.into(),
+        "u2" => U16.into(),
+        "i2" => I16.into(),
+        "u4" => U32.into(),
+        "i4" => I32.into(),
+        "u8" => Stored::U64,
+        "i8" => Stored::I64,
+        "f4" => F32.into(),
+        "f8" => F64.into(),
+        _ => return Err(source.fault(format!("descr is {}: numbers of this type are not supported", shown(quoted)))),
+    };
+    Ok((stored, endian))
+}
+
+fn shape(source: &Source, text: &str) -> Result<Vec<usize>> {
+    let fault = |what: &str| source.fault(format!("shape is {}: {what}", shown(text)));
+    let inside = text.strip_prefix('(').and_then(|t| t.split_once(')')).ok_or_else(|| fault("not a tuple of sizes"))?.0;
+    // A tuple of one ends with a comma; Python 2 wrote an L behind long integers.
+    let words = inside.split(',').map(|w| w.trim().trim_end_matches('L')).filter(|w| !w.is_empty());
+    words
+        .map(|w| match w.parse::<usize>() {
+            Ok(0) => Err(fault("every size must be at least 1")),
+            Ok(n) => Ok(n),
+            Err(_) => Err(fault(&format!("{} is no size", shown(w)))),
+        })
+        .collect()
+}
+
+/// Reads the array that starts at `source`.
+pub(super) fn read(mut source: Source) -> Result<Volume> {
+    Header::read(&mut source)?.volume(&mut source)
+}

@@ -1,0 +1,239 @@
+//! NumPy archives, `.npz`: a zip file of `.npy` arrays. The first array of three dimensions is read.
+//!
+//! Source of the format: PKWARE's APPNOTE.TXT, sections 4.3 and 4.5 (with the 64-bit sizes that NumPy uses past 4 GiB). Of zip
+//! only this is needed: the directory at the end, and entries stored or deflated. Reading it here keeps the directory within the
+//! header limit, which the usual library does not: it takes memory by the number of entries the file claims.
+
+use super::source::{Source, inflated_bound};
+use super::{Endian, npy};
+use crate::settings::Limits;
+use crate::volume::Volume;
+use crate::{Error, Result};
+use flate2::Crc;
+use flate2::read::DeflateDecoder;
+use std::fs::File;
+use std::io::{self, BufReader, Read, Seek, SeekFrom};
+use std::path::Path;
+
+const LE: Endian = Endian::Little;
+
+/// Bytes of the record that ends a zip file, without its comment.
+const END: usize = 22;
+/// Bytes of the record before it that says where the 64-bit one is.
+const LOCATOR: usize = 20;
+
+/// One file in the archive.
+struct Entry {
+    name: String,
+    /// 0 stored, 8 deflated.
+    method: u16,
+    encrypted: bool,
+    crc: u32,
+    packed: u64,
+    unpacked: u64,
+    /// Where its own header starts.
+    at: u64,
+}
+
+/// The archive as bytes at places.
+struct Archive<'a> {
+    path: &'a Path,
+    file: File,
+    length: u64,
+}
+
+impl Archive<'_> {
+    fn fault(&self, what: impl Into<String>) -> Error {
+        Error::format(self.path, what)
+    }
+
+    fn bytes(&mut self, at: u64, count: u64, what: &str) -> Result<Vec<u8>> {
+        if at.checked_add(count).is_none_or(|end| end > self.length) {
+            return Err(self.fault(format!("{what} of {count} bytes at byte {at}: the file has {}", self.length)));
+        }
+        let mut out = vec![0; count as usize];
+        self.file.seek(SeekFrom::Start(at)).map_err(|e| Error::io(self.path, e))?;
+        self.file.read_exact(&mut out).map_err(|e| Error::io(self.path, e))?;
+        Ok(out)
+    }
+
+    /// Place and size of the directory.
+    fn directory(&mut self) -> Result<(u64, u64)> {
+        // The end record is the last thing but for a comment of up to 65535 bytes.
+        let window = self.length.min((END + LOCATOR + usize::from(u16::MAX)) as u64);
+        let start = self.length - window;
+        let tail = self.bytes(start, window, "the end")?;
+        let found = tail.windows(END).rposition(|w| w.starts_with(b"PK\x05\x06"));
+        let Some(found) = found else {
+            return Err(self.fault("the zip archive has no directory at its end: cut short?"));
+        };
+        let end = &tail[found..];
+        let (mut size, mut at) = (u64::from(LE.u32(&end[12..])), u64::from(LE.u32(&end[16..])));
+        let locator = found.checked_sub(LOCATOR).map(|l| &tail[l..found]).filter(|l| l.starts_with(b"PK\x06\x07"));
+        if let Some(locator) = locator {
+            let record = self.bytes(LE.u64(&locator[8..]), 56, "the 64-bit end record")?;
+            if !record.starts_with(b"PK\x06\x06") {
+                return Err(self.fault("the zip archive's 64-bit end record is not where it should be"));
+            }
+            (size, at) = (LE.u64(&record[40..]), LE.u64(&record[48..]));
+        }
+        Ok((at, size))
+    }
+
+    fn entries(&mut self, limits: &Limits) -> Result<Vec<Entry>> {
+        let (at, size) = self.directory()?;
+        if size > limits.header_bytes {
+            let what = format!("{}: bytes of the zip archive's directory", self.path.display());
+            return Err(Error::Limit { what, needed: size.into(), limit: limits.header_bytes.into() });
+        }
+        let directory = self.bytes(at, size, "the zip archive's directory")?;
+        let mut rest = &directory[..];
+        let mut entries = Vec::new();
+        while rest.starts_with(b"PK\x01\x02") && rest.len() >= 46 {
+            let [name, extra, comment] = [28, 30, 32].map(|at| usize::from(LE.u16(&rest[at..])));
+            let Some(fields) = rest.get(46..46 + name + extra + comment) else {
+                return Err(self.fault(format!("entry {} of the zip archive's directory is cut short", entries.len())));
+            };
+            let mut entry = Entry {
+                name: String::from_utf8_lossy(&fields[..name]).into_owned(),
+                method: LE.u16(&rest[10..]),
+                encrypted: LE.u16(&rest[8..]) & 1 == 1,
+                crc: LE.u32(&rest[16..]),
+                packed: LE.u32(&rest[20..]).into(),
+                unpacked: LE.u32(&rest[24..]).into(),
+                at: LE.u32(&rest[42..]).into(),
+            };
+            entry.widen(&fields[name..name + extra]);
+            entries.push(entry);
+            rest = &rest[46 + name + extra + comment..];
+        }
+        if !rest.is_empty() && !rest.starts_with(b"PK\x05\x05") {
+            return Err(self.fault(format!("entry {} of the zip archive's directory is damaged", entries.len())));
+        }
+        Ok(entries)
+    }
+
+    /// The entry's bytes, inflated and checked.
+    fn open(&mut self, entry: &Entry, limits: &Limits) -> Result<Source> {
+        let name = &entry.name;
+        if entry.encrypted {
+            return Err(self.fault(format!("{name:?} is encrypted: not supported")));
+        }
+        let header = self.bytes(entry.at, 30, "an entry's header")?;
+        if !header.starts_with(b"PK\x03\x04") {
+            return Err(self.fault(format!("{name:?} should start at byte {}, no zip entry is there", entry.at)));
+        }
+        let data = entry.at + 30 + u64::from(LE.u16(&header[26..])) + u64::from(LE.u16(&header[28..]));
+        if data.checked_add(entry.packed).is_none_or(|end| end > self.length) {
+            return Err(self.fault(format!("{name:?} should take {} bytes from byte {data}: the file has {}", entry.packed, self.length)));
+        }
+        let mut file = File::open(self.path).map_err(|e| Error::io(self.path, e))?;
+        file.seek(SeekFrom::Start(data)).map_err(|e| Error::io(self.path, e))?;
+        let packed = BufReader::with_capacity(1 << 16, file.take(entry.packed));
+        let (stream, bound): (Box<dyn Read>, u64) = match entry.method {
+            0 => (Box::new(packed), entry.packed),
+            8 => (Box::new(DeflateDecoder::new(packed)), inflated_bound(entry.packed)),
+            other => return Err(self.fault(format!("{name:?} is compressed by method {other}: only stored and deflated are read"))),
+        };
+        if entry.unpacked > bound {
+            let what =
+                format!("{name:?} claims {} bytes, but {} compressed bytes cannot hold more than {bound}", entry.unpacked, entry.packed);
+            return Err(self.fault(what));
+        }
+        let stream = Box::new(Checked { inner: stream, crc: Crc::new(), left: entry.unpacked, want: entry.crc });
+        Ok(Source::from_stream(self.path, stream, entry.unpacked, Some(entry.packed), limits))
+    }
+}
+
+impl Entry {
+    /// Takes 64-bit sizes and places from the directory's extra fields, for those that are all ones.
+    fn widen(&mut self, mut extra: &[u8]) {
+        while extra.len() >= 4 {
+            let (id, size) = (LE.u16(extra), usize::from(LE.u16(&extra[2..])));
+            let Some(mut field) = extra.get(4..4 + size) else { return };
+            if id == 1 {
+                for value in [&mut self.unpacked, &mut self.packed, &mut self.at] {
+                    if *value == u64::from(u32::MAX) && field.len() >= 8 {
+                        *value = LE.u64(field);
+                        field = &field[8..];
+                    }
+                }
+            }
+            extra = &extra[4 + size..];
+        }
+    }
+}
+
+/// A stream that must be `left` bytes long and have the checksum `want`.
+struct Checked {
+    inner: Box<dyn Read>,
+    crc: Crc,
+    left: u64,
+    want: u32,
+}
+
+impl Read for Checked {
+    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
+        let fault = |what: &str| Err(io::Error::new(io::ErrorKind::InvalidData, what));
+        if out.is_empty() {
+            return Ok(0);
+        }
+        if self.left == 0 {
+            if self.inner.read(&mut [0])? > 0 {
+                return fault("the zip entry is longer than its directory says");
+            }
+            return if self.crc.sum() == self.want { Ok(0) } else { fault("the zip entry's checksum does not match") };
+        }
+        let want = out.len().min(usize::try_from(self.left).unwrap_or(usize::MAX));
+        let n = self.inner.read(&mut out[..want])?;
+        if n == 0 {
+            return fault(&format!("the zip entry is {} bytes shorter than its directory says", self.left));
+        }
+        self.crc.update(&out[..n]);
+        self.left -= n as u64;
+        Ok(n)
+    }
+}
+
+/// Reads the first array of three dimensions in the zip file `path`, which must not be inside gzip.
+pub(super) fn read(path: &Path, limits: &Limits) -> Result<Volume> {
+    let file = File::open(path).map_err(|e| Error::io(path, e))?;
+    let length = file.metadata().map_err(|e| Error::io(path, e))?.len();
+    let mut archive = Archive { path, file, length };
+    let entries = archive.entries(limits)?;
+    let arrays: Vec<&Entry> = entries.iter().filter(|e| e.name.ends_with(".npy")).collect();
+    if arrays.is_empty() {
+        let first = entries.first().map_or(String::new(), |e| format!(", only {:?}", e.name));
+        return Err(archive.fault(format!("the zip archive holds {} files and no .npy array{first}", entries.len())));
+    }
+    let mut seen = Vec::new();
+    for entry in &arrays {
+        let mut source = archive.open(entry, limits)?;
+        let stem = entry.name.trim_end_matches(".npy");
+        // An array of text or records does not stand in the way of the volume behind it.
+        let header = match npy::Header::read(&mut source) {
+            Err(Error::Format { what, .. }) => {
+                seen.push(format!("{stem} ({what})"));
+                continue;
+            }
+            header => header?,
+        };
+        if header.shape.len() < 3 || header.dims().is_none() {
+            seen.push(format!("{stem} {:?}", header.shape));
+            continue;
+        }
+        let claimed = header.length.saturating_add(header.data_bytes());
+        if claimed != entry.unpacked {
+            return Err(
+                archive.fault(format!("{:?} takes {claimed} bytes by its header, {} by the zip directory", entry.name, entry.unpacked))
+            );
+        }
+        let volume = header.volume(&mut source)?;
+        // One array needs no name; among several, say which it is.
+        let name = if arrays.len() == 1 { path.display().to_string() } else { format!("{}:{stem}", path.display()) };
+        return Ok(volume.with_name(name));
+    }
+    let more = if seen.len() > 4 { format!(", and {} more", seen.len() - 4) } else { String::new() };
+    seen.truncate(4);
+    Err(archive.fault(format!("no array of three dimensions (z, y, x) among: {}{more}", seen.join(", "))))
+}

@@ -1,0 +1,58 @@
+//! Files of voxels and nothing else: the caller says what they are.
+
+use super::Endian;
+use super::field::{grid, named};
+use super::source::{Source, Tail};
+use crate::settings::Limits;
+use crate::volume::{Space, Volume, VoxelType};
+use crate::{Error, Result};
+use glam::{DMat3, DVec3};
+use std::path::Path;
+
+/// What a raw file holds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RawSpec {
+    /// Voxels along x, y and z; x varies fastest in the file.
+    pub dimensions: [usize; 3],
+    /// Type of a voxel.
+    pub voxel_type: VoxelType,
+    /// Byte order of a voxel.
+    pub endian: Endian,
+    /// World units from voxel to voxel along each axis; negative mirrors.
+    pub spacing: [f64; 3],
+    /// World position of the first voxel's centre.
+    pub origin: [f64; 3],
+    /// Bytes of header to pass over; in a gzip file, after inflation.
+    pub offset: u64,
+}
+
+impl RawSpec {
+    /// Little-endian voxels one unit apart, from the file's first byte on.
+    pub fn new(dimensions: [usize; 3], voxel_type: VoxelType) -> Self {
+        Self { dimensions, voxel_type, endian: Endian::Little, spacing: [1.0; 3], origin: [0.0; 3], offset: 0 }
+    }
+}
+
+/// Reads a file of bare voxels, as it is or inside gzip.
+///
+/// A file that starts like gzip but has exactly the length described is taken as it is.
+///
+/// # Errors
+/// When the file cannot be read, is shorter or longer than `spec` says (a few zeros or line ends at its end are fine), is over
+/// `limits`, or `spec` is no grid.
+pub fn read_raw(path: impl AsRef<Path>, spec: &RawSpec, limits: &Limits) -> Result<Volume> {
+    let path = path.as_ref();
+    let (origin, steps) = (DVec3::from_array(spec.origin), DMat3::from_diagonal(DVec3::from_array(spec.spacing)));
+    let grid = grid(path, spec.dimensions, origin, steps, Space::Unknown)?;
+    let mut source = Source::open_plain(path, limits)?;
+    if source.left() == 0 {
+        return Err(Error::format(path, "the file is empty (0 bytes)"));
+    }
+    let bytes = (grid.voxel_count() as u64).saturating_mul(spec.voxel_type.bytes() as u64);
+    if source.left() != bytes.saturating_add(spec.offset) && source.is_gzip()? {
+        source = source.gunzip();
+    }
+    source.skip(spec.offset)?;
+    let voxels = source.voxels(spec.dimensions, spec.voxel_type.into(), spec.endian, Tail::Nothing)?;
+    Ok(named(path, Volume::new(grid, voxels))?.with_name(path.display().to_string()))
+}

@@ -1,0 +1,295 @@
+//! The one way bytes come in: bounded, counted, and never believed before they are checked.
+//!
+//! A [`Source`] is a plain file or the inside of a compressed stream. It knows how many bytes can still come (`left`: exact
+//! for a plain file, an upper bound for a compressed one), so every claim of a header is weighed before memory is taken.
+
+mod voxels;
+
+pub(super) use voxels::{Tail, scatter_z_fastest};
+
+use super::gzip::Members;
+use crate::settings::Limits;
+use crate::{Error, Result};
+use std::fs::File;
+use std::io::{self, BufReader, Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+
+/// Most bytes that one byte of deflate data can stand for: a 258-byte copy takes two bits at best, and block headers cost a
+/// little more (zlib's technical notes give 1032:1 as the limit).
+const DEFLATE_RATIO: u64 = 1032;
+
+/// Bytes asked of the system at a time while reading headers and text.
+const CHUNK: usize = 1 << 16;
+
+enum Inner {
+    File(File),
+    Stream(Box<dyn Read>),
+}
+
+/// A stream of bytes with a known bound. See the module's page.
+pub(super) struct Source {
+    path: PathBuf,
+    inner: Inner,
+    /// Bytes read ahead; those before `start` are used up.
+    buffer: Vec<u8>,
+    start: usize,
+    left: u64,
+    /// Length of the compressed data, where there is any.
+    packed: Option<u64>,
+    header_left: u64,
+    limits: Limits,
+}
+
+impl Source {
+    /// Opens `path` as it lies on disk.
+    pub(super) fn open_plain(path: &Path, limits: &Limits) -> Result<Self> {
+        // Opening a pipe would wait for its writer: look before opening.
+        let meta = std::fs::metadata(path).map_err(|e| Error::io(path, e))?;
+        if !meta.is_file() {
+            let what = if meta.is_dir() { "is a directory, not a file" } else { "is not a regular file" };
+            return Err(Error::format(path, what));
+        }
+        let file = File::open(path).map_err(|e| Error::io(path, e))?;
+        Ok(Self {
+            path: path.to_path_buf(),
+            inner: Inner::File(file),
+            buffer: Vec::new(),
+            start: 0,
+            left: meta.len(),
+            packed: None,
+            header_left: limits.header_bytes,
+            limits: *limits,
+        })
+    }
+
+    /// Opens `path`, looking inside when it is a gzip file.
+    pub(super) fn open(path: &Path, limits: &Limits) -> Result<Self> {
+        let mut source = Self::open_plain(path, limits)?;
+        if source.is_gzip()? { Ok(source.gunzip()) } else { Ok(source) }
+    }
+
+    /// A stream that came out of the file `path` some other way: at most `left` bytes, from `packed` compressed ones.
+    pub(super) fn from_stream(path: &Path, stream: Box<dyn Read>, left: u64, packed: Option<u64>, limits: &Limits) -> Self {
+        Self {
+            path: path.to_path_buf(),
+            inner: Inner::Stream(stream),
+            buffer: Vec::new(),
+            start: 0,
+            left,
+            packed,
+            header_left: limits.header_bytes,
+            limits: *limits,
+        }
+    }
+
+    /// Whether a gzip stream starts here.
+    pub(super) fn is_gzip(&mut self) -> Result<bool> {
+        Ok(self.peek(2)? == [0x1f, 0x8b])
+    }
+
+    /// What comes out when the rest of this source is a gzip stream.
+    pub(super) fn gunzip(self) -> Self {
+        self.through(|inner| Box::new(Members::new(inner)))
+    }
+
+    /// What comes out when the rest of this source is a zlib stream.
+    pub(super) fn inflate_zlib(self) -> Self {
+        self.through(|inner| Box::new(flate2::bufread::ZlibDecoder::new(inner)))
+    }
+
+    fn through(self, decoder: impl FnOnce(BufReader<Self>) -> Box<dyn Read>) -> Self {
+        let (path, packed, left) = (self.path.clone(), self.left, inflated_bound(self.left));
+        let (header_left, limits) = (self.header_left, self.limits);
+        let stream = decoder(BufReader::with_capacity(CHUNK, self));
+        Self { header_left, ..Self::from_stream(&path, stream, left, Some(packed), &limits) }
+    }
+
+    /// The file's name, for messages.
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The limits in force.
+    pub(super) fn limits(&self) -> &Limits {
+        &self.limits
+    }
+
+    /// Bytes that can still come: exact for a plain file, an upper bound for a compressed one.
+    pub(super) fn left(&self) -> u64 {
+        self.left
+    }
+
+    /// Whether these bytes come out of a compressed stream.
+    pub(super) fn is_packed(&self) -> bool {
+        self.packed.is_some()
+    }
+
+    /// An [`Error::Format`] about this file.
+    pub(super) fn fault(&self, what: impl Into<String>) -> Error {
+        Error::format(&self.path, what)
+    }
+
+    fn read_fault(&self, e: io::Error) -> Error {
+        if self.is_packed() { self.fault(format!("the compressed data is damaged: {e}")) } else { Error::io(&self.path, e) }
+    }
+
+    fn read_inner(&mut self, out: &mut [u8]) -> io::Result<usize> {
+        loop {
+            let result = match &mut self.inner {
+                Inner::File(f) => f.read(out),
+                Inner::Stream(s) => s.read(out),
+            };
+            match result {
+                Err(e) if e.kind() == io::ErrorKind::Interrupted => {}
+                other => return other,
+            }
+        }
+    }
+
+    /// The next bytes, up to `n` of them (fewer only at the end), without using them up.
+    pub(super) fn peek(&mut self, n: usize) -> Result<&[u8]> {
+        self.fill(n).map_err(|e| self.read_fault(e))?;
+        let end = self.buffer.len().min(self.start + n);
+        Ok(&self.buffer[self.start..end])
+    }
+
+    /// What is read ahead already.
+    pub(super) fn buffered(&self) -> &[u8] {
+        &self.buffer[self.start..]
+    }
+
+    fn fill(&mut self, n: usize) -> io::Result<()> {
+        while self.buffer.len() - self.start < n {
+            if self.start > 0 {
+                self.buffer.drain(..self.start);
+                self.start = 0;
+            }
+            let have = self.buffer.len();
+            self.buffer.resize(have + CHUNK, 0);
+            let mut chunk = std::mem::take(&mut self.buffer);
+            let got = self.read_inner(&mut chunk[have..]);
+            self.buffer = chunk;
+            self.buffer.truncate(have + got.as_ref().map_or(0, |&g| g));
+            if got? == 0 {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Uses up `n` bytes that were peeked at.
+    pub(super) fn consume(&mut self, n: usize) {
+        self.start += n;
+        self.left = self.left.saturating_sub(n as u64);
+    }
+
+    fn take_header(&mut self, n: usize) -> Result<()> {
+        if n as u64 > self.header_left {
+            let limit = self.limits.header_bytes;
+            let needed = u128::from(limit - self.header_left) + n as u128;
+            let what = format!("{}: bytes of header", self.path.display());
+            return Err(Error::Limit { what, needed, limit: limit.into() });
+        }
+        self.header_left -= n as u64;
+        Ok(())
+    }
+
+    /// The next line of a header without its end, or `None` at the end of the file.
+    ///
+    /// # Errors
+    /// When the header grows past its limit.
+    pub(super) fn line(&mut self) -> Result<Option<String>> {
+        let mut seen = 0;
+        loop {
+            let have = self.peek(seen + 1)?.len();
+            if have <= seen {
+                if seen == 0 {
+                    return Ok(None);
+                }
+                return self.take_line(seen, seen).map(Some);
+            }
+            // `peek` promises one byte more than was seen; search all that is there.
+            let fresh = &self.buffer[self.start + seen..];
+            if let Some(at) = fresh.iter().position(|&b| b == b'\n') {
+                return self.take_line(seen + at, seen + at + 1).map(Some);
+            }
+            seen += fresh.len();
+            if seen as u64 > self.header_left {
+                self.take_header(seen)?;
+            }
+        }
+    }
+
+    fn take_line(&mut self, text: usize, all: usize) -> Result<String> {
+        self.take_header(all)?;
+        let bytes = &self.buffer[self.start..self.start + text];
+        let bytes = bytes.strip_suffix(b"\r").unwrap_or(bytes);
+        let line = String::from_utf8_lossy(bytes).into_owned();
+        self.consume(all);
+        Ok(line)
+    }
+
+    /// Exactly `n` bytes of a header called `what`.
+    ///
+    /// # Errors
+    /// When the file ends before, or the header grows past its limit.
+    pub(super) fn header(&mut self, n: usize, what: &str) -> Result<Vec<u8>> {
+        self.take_header(n)?;
+        let bytes = self.peek(n)?.to_vec();
+        if bytes.len() < n {
+            return Err(self.fault(format!("{what} takes {n} bytes, the file ends after {}", bytes.len())));
+        }
+        self.consume(n);
+        Ok(bytes)
+    }
+
+    /// Passes over `n` bytes.
+    ///
+    /// # Errors
+    /// When there are fewer.
+    pub(super) fn skip(&mut self, n: u64) -> Result<()> {
+        if n > self.left {
+            return Err(self.fault(format!("{n} bytes are to be skipped, only {} follow", self.left)));
+        }
+        let buffered = n.min((self.buffer.len() - self.start) as u64);
+        self.consume(buffered as usize);
+        let mut rest = n - buffered;
+        if let Inner::File(file) = &mut self.inner {
+            // `rest` is at most the file's length, which fits.
+            if rest > 0 {
+                file.seek(SeekFrom::Current(rest as i64)).map_err(|e| Error::io(&self.path, e))?;
+                self.left -= rest;
+            }
+            return Ok(());
+        }
+        while rest > 0 {
+            let want = rest.min(CHUNK as u64) as usize;
+            let got = self.peek(want)?.len();
+            if got == 0 {
+                return Err(self.fault(format!("{n} bytes are to be skipped, only {} follow", n - rest)));
+            }
+            self.consume(got);
+            rest -= got as u64;
+        }
+        Ok(())
+    }
+}
+
+impl Read for Source {
+    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
+        let buffered = out.len().min(self.buffer.len() - self.start);
+        if buffered > 0 {
+            out[..buffered].copy_from_slice(&self.buffer[self.start..self.start + buffered]);
+            self.consume(buffered);
+            return Ok(buffered);
+        }
+        let n = self.read_inner(out)?;
+        self.left = self.left.saturating_sub(n as u64);
+        Ok(n)
+    }
+}
+
+/// Most bytes that `packed` bytes of deflate data inflate to.
+pub(super) fn inflated_bound(packed: u64) -> u64 {
+    packed.saturating_mul(DEFLATE_RATIO)
+}

@@ -1,0 +1,171 @@
+//! Voxels out of a [`Source`]: the claim is weighed, memory taken once, the bytes read in place, and what follows looked at.
+
+use super::Source;
+use crate::volume::io::{Endian, Stored};
+use crate::volume::{VoxelType, Voxels};
+use crate::{Error, Result};
+
+/// Most bytes of zeros or line ends that may follow voxels that ought to end the file.
+const PADDING: usize = 4096;
+
+/// What may follow the last voxel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::volume::io) enum Tail {
+    /// Nothing but padding (a few zeros or line ends).
+    Nothing,
+    /// Anything, if the file is not compressed: the format's own tools read what they need and ignore the rest.
+    Ignored,
+    /// The reader looks itself.
+    Unchecked,
+}
+
+impl Source {
+    /// Refuses `dims` voxels of `stored` that cannot be here, each taking at least `smallest` bytes of the file.
+    /// Returns how many voxels there are.
+    pub(in crate::volume::io) fn weigh(&self, dims: [usize; 3], stored: Stored, smallest: u64) -> Result<usize> {
+        let [x, y, z] = dims;
+        let shown = format!("{x} x {y} x {z} voxels of {stored}");
+        // Three factors of at most 2^64 do not fit in u128 either: saturate, any limit is far below.
+        let count = dims.iter().fold(1u128, |a, &n| a.saturating_mul(n as u128));
+        let memory = count.saturating_mul(stored.voxel_type().bytes() as u128);
+        let limit = u128::from(self.limits.voxel_bytes);
+        if memory > limit || usize::try_from(memory).is_err() {
+            let what = format!("{}: bytes of {shown}", self.path.display());
+            return Err(Error::Limit { what, needed: memory, limit });
+        }
+        let needed = count * u128::from(smallest);
+        if needed > u128::from(self.left) {
+            return Err(self.fault(match self.packed {
+                Some(packed) => {
+                    format!("{shown} take {needed} bytes, but {packed} compressed bytes cannot hold more than {}", self.left)
+                }
+                None => format!("{shown} take {needed} bytes, the file holds {} after its header", self.left),
+            }));
+        }
+        // Memory is refused here with a message, not in the allocator with an abort.
+        let mut probe: Vec<u8> = Vec::new();
+        if probe.try_reserve_exact(memory as usize).is_err() {
+            return Err(self.fault(format!("{shown} take {memory} bytes: this machine does not give that much memory")));
+        }
+        Ok(count as usize)
+    }
+
+    /// Reads `dims` voxels, x fastest, straight into their place.
+    ///
+    /// # Errors
+    /// When they are over the limit, more than the file holds, damaged, or followed by what `tail` does not allow.
+    pub(in crate::volume::io) fn voxels(&mut self, dims: [usize; 3], stored: Stored, endian: Endian, tail: Tail) -> Result<Voxels> {
+        let count = self.weigh(dims, stored, stored.bytes() as u64)?;
+        let voxels = match stored {
+            Stored::Native(kind) => {
+                let mut voxels = Voxels::zeros(kind, count);
+                self.read_exact_into(voxels.as_bytes_mut(), 0, count as u64 * kind.bytes() as u64)?;
+                if endian != Endian::NATIVE {
+                    voxels.swap_bytes();
+                }
+                voxels
+            }
+            Stored::I64 | Stored::U64 => self.narrow(count, stored, endian)?,
+        };
+        self.check_tail(count as u64 * stored.bytes() as u64, tail)?;
+        Ok(voxels)
+    }
+
+    /// 64-bit integers, kept in 32 bits; a value that does not fit is an error.
+    fn narrow(&mut self, count: usize, stored: Stored, endian: Endian) -> Result<Voxels> {
+        let mut voxels = Voxels::zeros(stored.voxel_type(), count);
+        let mut chunk = [0u8; 8 * 1024];
+        let total = count as u64 * 8;
+        for first in (0..count).step_by(1024) {
+            let n = (count - first).min(1024);
+            self.read_exact_into(&mut chunk[..n * 8], first as u64 * 8, total)?;
+            for (i, bytes) in chunk[..n * 8].chunks_exact(8).enumerate() {
+                let word = endian.u64(bytes);
+                let value = if stored == Stored::U64 { i128::from(word) } else { i128::from(word as i64) };
+                let fits = match &mut voxels {
+                    Voxels::U32(v) => u32::try_from(value).map(|x| v[first + i] = x).is_ok(),
+                    Voxels::I32(v) => i32::try_from(value).map(|x| v[first + i] = x).is_ok(),
+                    _ => false,
+                };
+                if !fits {
+                    let at = first + i;
+                    return Err(self.fault(format!("voxel {at} is {value} ({stored}): it does not fit {}", stored.voxel_type())));
+                }
+            }
+        }
+        Ok(voxels)
+    }
+
+    /// Fills `out`; `before` of the `total` bytes of voxels came earlier.
+    pub(in crate::volume::io) fn read_exact_into(&mut self, out: &mut [u8], before: u64, total: u64) -> Result<()> {
+        let buffered = out.len().min(self.buffer.len() - self.start);
+        out[..buffered].copy_from_slice(&self.buffer[self.start..self.start + buffered]);
+        self.consume(buffered);
+        let mut done = buffered;
+        while done < out.len() {
+            let fault = match self.read_inner(&mut out[done..]) {
+                Ok(0) => None,
+                Ok(n) => {
+                    done += n;
+                    self.left = self.left.saturating_sub(n as u64);
+                    continue;
+                }
+                Err(e) if self.is_packed() => Some(e),
+                Err(e) => return Err(Error::io(&self.path, e)),
+            };
+            let got = before + done as u64;
+            return Err(self.fault(match fault {
+                Some(e) => format!("the compressed voxels are damaged or cut short after {got} of {total} bytes: {e}"),
+                None => format!("the voxels should take {total} bytes, only {got} are there"),
+            }));
+        }
+        Ok(())
+    }
+
+    /// Looks at what follows `total` bytes of voxels. In a compressed stream this also has the checksum verified.
+    pub(in crate::volume::io) fn check_tail(&mut self, total: u64, tail: Tail) -> Result<()> {
+        if tail == Tail::Unchecked || (tail == Tail::Ignored && !self.is_packed()) {
+            return Ok(());
+        }
+        let rest = self.peek(PADDING + 1)?;
+        let blank = |b: &u8| matches!(b, 0 | b'\n' | b'\r');
+        if rest.len() <= PADDING && rest.iter().all(blank) {
+            return Ok(());
+        }
+        let held = if self.is_packed() {
+            // Inflating all the rest is what a bomb waits for.
+            let more = self.peek(1 << 20)?.len() as u64;
+            let least = if more >= 1 << 20 { "at least " } else { "" };
+            format!("{least}{}", total.saturating_add(more))
+        } else {
+            total.saturating_add(self.left).to_string()
+        };
+        Err(self.fault(format!("the voxels should take {total} bytes, there are {held}: wrong dimensions or type?")))
+    }
+}
+
+/// Voxels that arrive in another order than they are kept: `dims` of `kind`, z fastest in the file.
+pub(in crate::volume::io) fn scatter_z_fastest(source: &mut Source, dims: [usize; 3], kind: VoxelType, endian: Endian) -> Result<Voxels> {
+    let count = source.weigh(dims, Stored::Native(kind), kind.bytes() as u64)?;
+    let [nx, ny, nz] = dims;
+    let size = kind.bytes();
+    let total = count as u64 * size as u64;
+    let mut voxels = Voxels::zeros(kind, count);
+    let bytes = voxels.as_bytes_mut();
+    let mut column = vec![0u8; nz * size];
+    let mut before = 0;
+    for x in 0..nx {
+        for y in 0..ny {
+            source.read_exact_into(&mut column, before, total)?;
+            before += column.len() as u64;
+            for (z, value) in column.chunks_exact(size).enumerate() {
+                let at = ((z * ny + y) * nx + x) * size;
+                bytes[at..at + size].copy_from_slice(value);
+            }
+        }
+    }
+    if endian != Endian::NATIVE {
+        voxels.swap_bytes();
+    }
+    Ok(voxels)
+}
