@@ -3,7 +3,7 @@
 
 usage: determinism.py --full PROGRAM [--full PROGRAM ...] [--brief COMMAND ...] [SCENE.toml ...]
   --full   a slicestack that renders every scene with every combination of threads, tile size and vector level
-  --brief  a slow one, such as "qemu-aarch64 -L /usr/aarch64-linux-gnu target/.../slicestack": every scene with every
+  --brief  a slow one, such as "qemu-aarch64 target/.../slicestack": every scene with every
            vector level it has, on one thread and on three
 Scenes default to scenes/*.toml beside this file. The first --full program's first picture is what the others must match.
 """
