@@ -6,6 +6,7 @@ pub mod lanes;
 mod plan;
 pub mod proxy;
 mod raster;
+pub mod reference;
 mod renderer;
 pub mod scene;
 mod settings;

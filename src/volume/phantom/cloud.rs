@@ -6,6 +6,8 @@ const OCTAVES: u32 = 5;
 const CELLS: f64 = 5.0;
 /// How far the noise pushes the edge, in half sides of the box.
 const RAGGED: f64 = 0.75;
+/// The noise's value that leaves the edge where it is.
+const LEVEL: f64 = 0.42;
 /// Over how much of the shape's depth the density rises to 1.
 const SOFT: f64 = 0.45;
 
@@ -28,12 +30,12 @@ pub(super) fn density(point: [f64; 3]) -> f64 {
         depth = depth.max(radius - d2.sqrt());
     }
     depth = depth.min(point[2] + 0.52);
-    // The noise lies in [0,1], so it lifts the shape by at most half of RAGGED; fade that out towards the faces.
+    // The noise lies in [0,1]: it lifts the shape by at most (1 - LEVEL) RAGGED. Fade that out towards the faces.
     let wall = point.iter().map(|c| 1.0 - c.abs()).fold(f64::INFINITY, f64::min);
-    if depth < -0.5 * RAGGED || wall <= 0.0 {
+    if depth < (LEVEL - 1.0) * RAGGED || wall <= 0.0 {
         return 0.0;
     }
-    let lifted = depth + RAGGED * (fractal(point) - 0.5);
+    let lifted = depth + RAGGED * (fractal(point) - LEVEL);
     fade((lifted.min(3.0 * wall) / SOFT).clamp(0.0, 1.0))
 }
 

@@ -1,3 +1,4 @@
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 use super::*;
 use sha2::{Digest, Sha256};
 
@@ -21,8 +22,8 @@ fn bytes_are_pinned() {
         (Phantom::SheppLogan, 24, "c5a880f434554701"),
         (Phantom::DistanceField, 4, "5ce18edf508d1571"),
         (Phantom::DistanceField, 15, "7c00b07a68095f4c"),
-        (Phantom::Cloud, 5, "0709cd16f0599494"),
-        (Phantom::Cloud, 20, "2dd791764d35b62d"),
+        (Phantom::Cloud, 5, "993a28355652af3a"),
+        (Phantom::Cloud, 20, "26de8e5ad4aa4792"),
     ];
     let got = want.map(|(p, n, _)| (p, n, digest(&p.volume(n).unwrap())));
     assert!(got.iter().zip(&want).all(|(g, w)| g.2 == w.2), "{got:#?}");

@@ -1,0 +1,312 @@
+//! The emission-absorption integral along the ray of one pixel.
+
+use super::field::{Corners, corners, cubic};
+use super::panel::{DARK, Distance, Gathered, Haze, Piece, PieceFog, Quadrature};
+use super::segments::Segments;
+use crate::scene::{Blend, Fog, FogDistance, FogMode, FogWeighting, Premultiplied, Scene, View};
+use crate::volume::Volume;
+use crate::{Error, Result};
+use glam::DVec3;
+
+/// Error that quadrature is steered to, in colour: well under the bound promised by [`RayResult::error_bound`].
+const TOLERANCE: f64 = 1e-11;
+
+/// What the eye sees along one ray.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RayResult {
+    /// Premultiplied colour of the volume alone, fog included, the background not.
+    pub rgb: [f64; 3],
+    /// How much of what lies behind the volume shines through, in [0,1].
+    pub transmittance: f64,
+    /// Bound on the error of each number above, from quadrature (below 1e-10) and the rounding of its sums. The voxels and the
+    /// ray are taken as exact.
+    pub error_bound: f64,
+    /// Depths at which the ray enters and leaves what is visible of the box; `None` where it misses.
+    pub span: Option<(f64, f64)>,
+    /// Smooth panels integrated.
+    pub pieces: u32,
+}
+
+impl RayResult {
+    /// The ray's colour over a background.
+    pub fn over(&self, background: Premultiplied) -> Premultiplied {
+        let rgb = std::array::from_fn(|i| self.rgb[i] + self.transmittance * background.rgb[i]);
+        Premultiplied { rgb, alpha: 1.0 - self.transmittance * (1.0 - background.alpha) }
+    }
+}
+
+/// Computes pixels of one scene over one volume, one ray at a time.
+///
+/// Slices, their order and early termination play no part: this is the limit of ever more slices. Values are interpolated
+/// trilinearly between voxel centres, constant from the outermost centres to the faces of the box, then classified by the exact
+/// transfer function. Cells that touch a NaN or infinite voxel are transparent.
+#[derive(Debug, Clone)]
+pub struct Integrator<'a> {
+    volume: &'a Volume,
+    view: View,
+    segments: Segments,
+    /// Half-spaces normal . p >= offset, the scene's clip planes.
+    planes: Vec<(DVec3, f64)>,
+    fog: Option<Fog>,
+    background: Premultiplied,
+    opacity_unit: f64,
+    quadrature: Quadrature,
+}
+
+impl<'a> Integrator<'a> {
+    /// An integrator for `scene` over `volume`.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] when the camera cannot be resolved, when the blend mode is not [`Blend::Over`], or for fog of literal
+    /// weighting: it adds the fog's colour once a slice, which has no limit as slices become many.
+    pub fn new(scene: &Scene, volume: &'a Volume) -> Result<Self> {
+        if scene.blend() != Blend::Over {
+            return Err(Error::invalid(format!("the reference integrates blend mode over, not {:?}", scene.blend())));
+        }
+        let fog = scene.fog().copied();
+        if fog.is_some_and(|f| f.weighting() == FogWeighting::Literal) {
+            return Err(Error::invalid("fog weighting literal depends on the number of slices: there is no reference for it"));
+        }
+        let (width, height) = scene.size();
+        Ok(Self {
+            volume,
+            view: scene.camera().resolve(volume.grid(), width, height)?,
+            segments: Segments::new(scene.transfer()),
+            planes: scene.clip_planes().iter().map(|p| (p.normal(), p.offset())).collect(),
+            fog,
+            background: background(scene),
+            opacity_unit: scene.opacity_unit().unwrap_or_else(|| volume.grid().smallest_spacing()),
+            quadrature: Quadrature::new(),
+        })
+    }
+
+    /// The camera in numbers.
+    pub fn view(&self) -> &View {
+        &self.view
+    }
+
+    /// The colour of the pixel in column `x` and row `y` over the scene's background, and the ray it comes from.
+    pub fn pixel(&self, x: u32, y: u32) -> (Premultiplied, RayResult) {
+        let ray = self.ray(f64::from(x) + 0.5, f64::from(y) + 0.5);
+        (ray.over(self.background), ray)
+    }
+
+    /// The integral along the ray through window position (x,y).
+    pub fn ray(&self, x: f64, y: f64) -> RayResult {
+        let (origin, direction) = self.view.ray(x, y);
+        let mut gathered = Gathered { rgb: [0.0; 3], transmittance: 1.0, error: 0.0, panels: 0 };
+        let span = self.span(origin, direction);
+        if let Some((entry, exit)) = span {
+            self.march(origin, direction, entry, exit, &mut gathered);
+        }
+        let Gathered { rgb, transmittance, mut error, panels } = gathered;
+        if transmittance <= DARK {
+            // What was not looked at any more.
+            error += transmittance;
+        }
+        RayResult { rgb, transmittance, error_bound: error, span, pieces: panels }
+    }
+
+    /// The depths between which the ray is before the near plane, in the box and on the kept side of every clip plane.
+    fn span(&self, origin: DVec3, direction: DVec3) -> Option<(f64, f64)> {
+        let grid = self.volume.grid();
+        let (at, step) = (grid.world_to_index().transform_point3(origin), grid.world_to_index().transform_vector3(direction));
+        let (low, high) = grid.index_bounds();
+        let (mut entry, mut exit) = (self.view.near, f64::INFINITY);
+        // Keeps the depths d with height + d * rate >= 0.
+        let mut keep = |height: f64, rate: f64| {
+            if rate > 0.0 {
+                entry = entry.max(-height / rate);
+            } else if rate < 0.0 {
+                exit = exit.min(-height / rate);
+            } else if height < 0.0 {
+                exit = f64::NEG_INFINITY;
+            }
+        };
+        for axis in 0..3 {
+            keep(at[axis] - low[axis], step[axis]);
+            keep(high[axis] - at[axis], -step[axis]);
+        }
+        for &(normal, offset) in &self.planes {
+            keep(normal.dot(origin) - offset, normal.dot(direction));
+        }
+        (entry < exit).then_some((entry, exit))
+    }
+
+    /// Walks the ray from cut to cut: cell faces of the field, and the depths where fog has a kink.
+    fn march(&self, origin: DVec3, direction: DVec3, entry: f64, exit: f64, gathered: &mut Gathered) {
+        let grid = self.volume.grid();
+        let (at, step) = (grid.world_to_index().transform_point3(origin), grid.world_to_index().transform_vector3(direction));
+        let stretch = direction.length();
+        let distance = self.fog_distance(origin, stretch);
+        let mut faces: [Faces; 3] = std::array::from_fn(|axis| Faces::new(at[axis], step[axis], entry, grid.dims()[axis]));
+        let mut kinks = self.fog_kinks(distance);
+        let mut near = entry;
+        while near < exit && gathered.transmittance > DARK {
+            let mut far = exit;
+            for face in &mut faces {
+                face.skip_to(near);
+                far = far.min(face.next);
+            }
+            for kink in &mut kinks {
+                if *kink > near {
+                    far = far.min(*kink);
+                }
+            }
+            let middle = at + step * (0.5 * (near + far));
+            let low: [i64; 3] = std::array::from_fn(|axis| (middle[axis].floor() as i64).clamp(-1, grid.dims()[axis] as i64 - 1));
+            let cell = corners(self.volume, low);
+            let place = at + step * near - DVec3::new(low[0] as f64, low[1] as f64, low[2] as f64);
+            let walk = Walk { near, far, share: (far - near) / (exit - entry), length: (far - near) * stretch / self.opacity_unit };
+            self.cell(&cell, place, step * (far - near), &walk, distance, gathered);
+            near = far;
+        }
+    }
+
+    /// Adds one piece of ray within one cell.
+    fn cell(&self, cell: &Corners, place: DVec3, step: DVec3, walk: &Walk, distance: Distance, gathered: &mut Gathered) {
+        let (mut least, mut most, mut finite) = (f64::INFINITY, f64::NEG_INFINITY, true);
+        for &v in cell {
+            least = least.min(v);
+            most = most.max(v);
+            finite &= v.is_finite();
+        }
+        let (first, last) = (self.segments.position(least), self.segments.position(most));
+        if !finite || self.segments.transparent(first, last) {
+            return;
+        }
+        let field = cubic(cell, place.to_array(), step.to_array());
+        if !field.0.iter().all(|c| c.is_finite()) {
+            return;
+        }
+        let mut add = |position: usize, a: f64, b: f64| {
+            if self.segments.transparent(position, position) || b <= a {
+                return;
+            }
+            let fog = self.fog.as_ref().map(|fog| PieceFog {
+                haze: haze(fog, distance.at(0.5 * (walk.near + walk.far)).0),
+                color: fog.color(),
+                distance,
+                depth: walk.near,
+                depth_step: walk.far - walk.near,
+            });
+            let piece = Piece { field: &field, segment: self.segments.segment(position), length: walk.length, fog };
+            self.quadrature.gather(&piece, a, b, TOLERANCE * walk.share, gathered);
+        };
+        if first == last && self.segments.segment(first).most < 1.0 {
+            add(first, 0.0, 1.0);
+            return;
+        }
+        let mut start = 0.0;
+        for end in field.turns().chain([1.0]) {
+            let (v0, v1) = (field.at(start), field.at(end));
+            let knots = self.segments.knots_between(v0.min(v1), v0.max(v1));
+            let mut a = start;
+            for i in 0..=knots.len() {
+                // In the order in which the ray meets them.
+                let b = match knots.len() - i {
+                    0 => end,
+                    left => field.solve(knots[if v0 < v1 { i } else { left - 1 }], a, end),
+                };
+                add(self.segments.position(field.at(0.5 * (a + b))), a, b);
+                a = b;
+            }
+            start = end;
+        }
+    }
+
+    /// How the fog's distance grows along the ray.
+    fn fog_distance(&self, origin: DVec3, stretch: f64) -> Distance {
+        match self.fog.map(|f| f.distance()) {
+            Some(FogDistance::Radial) => Distance { aside: origin.distance(self.view.eye), rate: stretch },
+            _ => Distance { aside: 0.0, rate: 1.0 },
+        }
+    }
+
+    /// Depths at which linear fog starts and ends.
+    fn fog_kinks(&self, distance: Distance) -> [f64; 2] {
+        match self.fog.map(|f| f.mode()) {
+            Some(FogMode::Linear { start, end }) => [start, end].map(|z| {
+                let along = z * z - distance.aside * distance.aside;
+                if z > 0.0 && along > 0.0 { along.sqrt() / distance.rate } else { f64::NEG_INFINITY }
+            }),
+            _ => [f64::NEG_INFINITY; 2],
+        }
+    }
+}
+
+/// A piece of ray between two cuts.
+struct Walk {
+    /// Depth of its ends.
+    near: f64,
+    far: f64,
+    /// Its share of the ray's path through the box.
+    share: f64,
+    /// Its length in reference lengths.
+    length: f64,
+}
+
+/// The depths at which a ray passes voxel centres 0 to n-1 of one axis.
+struct Faces {
+    at: f64,
+    step: f64,
+    /// Number of the next centre, as a whole number in f64, and the number past the last.
+    number: f64,
+    limit: f64,
+    /// Depth of the next centre; infinite when there is none.
+    next: f64,
+}
+
+impl Faces {
+    fn new(at: f64, step: f64, entry: f64, n: usize) -> Self {
+        let here = at + step * entry;
+        let last = (n - 1) as f64;
+        let mut faces = if step > 0.0 {
+            Self { at, step, number: here.floor().max(0.0), limit: last, next: 0.0 }
+        } else {
+            Self { at, step, number: here.ceil().min(last), limit: 0.0, next: 0.0 }
+        };
+        faces.place();
+        faces
+    }
+
+    fn place(&mut self) {
+        let over = if self.step > 0.0 { self.number > self.limit } else { self.number < self.limit };
+        self.next = if over || self.step == 0.0 { f64::INFINITY } else { (self.number - self.at) / self.step };
+    }
+
+    /// Passes every centre at or before `depth`.
+    fn skip_to(&mut self, depth: f64) {
+        while self.next <= depth {
+            self.number += if self.step > 0.0 { 1.0 } else { -1.0 };
+            self.place();
+        }
+    }
+}
+
+/// The smooth form of fog around distance `z`, between its kinks.
+fn haze(fog: &Fog, z: f64) -> Haze {
+    match fog.mode() {
+        FogMode::Linear { .. } if fog.factor(z) >= 1.0 => Haze::Clear,
+        FogMode::Linear { .. } if fog.factor(z) <= 0.0 => Haze::Full,
+        FogMode::Linear { start, end } => Haze::Linear { end, scale: 1.0 / (end - start) },
+        FogMode::Exp { density } => Haze::Exp { density },
+        FogMode::Exp2 { density } => Haze::Exp2 { density },
+    }
+}
+
+/// The scene's background, in the fog of the greatest distance where it asks for that.
+fn background(scene: &Scene) -> Premultiplied {
+    let plain = scene.background().premultiply();
+    match scene.fog() {
+        Some(fog) if scene.fogged_background() => {
+            let f = fog.factor(f64::MAX);
+            let rgb = std::array::from_fn(|i| f * plain.rgb[i] + (1.0 - f) * plain.alpha * fog.color()[i]);
+            Premultiplied { rgb, alpha: plain.alpha }
+        }
+        _ => plain,
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,254 @@
+//! One smooth piece of ray, integrated to a bound.
+//!
+//! With T' = -kappa T and C' = kappa c T, integration by parts gives C = c(a) T(a) - c(b) T(b) + integral of c' T: no kappa is left
+//! under the integral, so an opacity that goes to 1 costs no accuracy. T comes from the optical depth at Gauss points, which
+//! collocation gives at each point of the panel. Two rules of different order tell the error; panels are halved until it fits.
+
+use super::field::Cubic;
+use super::segments::Segment;
+use std::f64::consts::PI;
+
+/// Gauss-Legendre rule of M points on [0,1] with the matrix that integrates from 0 to each point.
+#[derive(Debug, Clone)]
+pub(super) struct Rule<const M: usize> {
+    points: [f64; M],
+    weights: [f64; M],
+    partial: [[f64; M]; M],
+}
+
+impl<const M: usize> Rule<M> {
+    pub(super) fn new() -> Self {
+        // Legendre polynomial of degree M and its derivative, by the three-term recurrence.
+        let legendre = |x: f64| {
+            let (mut p0, mut p1) = (1.0, x);
+            for k in 2..=M {
+                let k = k as f64;
+                (p0, p1) = (p1, ((2.0 * k - 1.0) * x * p1 - (k - 1.0) * p0) / k);
+            }
+            (p1, M as f64 * (x * p1 - p0) / (x * x - 1.0))
+        };
+        let (mut points, mut weights) = ([0.0; M], [0.0; M]);
+        for i in 0..M {
+            let mut x = -libm::cos(PI * (i as f64 + 0.75) / (M as f64 + 0.5));
+            for _ in 0..10 {
+                let (p, slope) = legendre(x);
+                x -= p / slope;
+            }
+            let slope = legendre(x).1;
+            points[i] = 0.5 * (1.0 + x);
+            weights[i] = 1.0 / ((1.0 - x * x) * slope * slope);
+        }
+        // The rule itself integrates the Lagrange polynomials, of degree M - 1, exactly.
+        let lagrange =
+            |j: usize, x: f64| -> f64 { (0..M).filter(|&k| k != j).map(|k| (x - points[k]) / (points[j] - points[k])).product() };
+        let partial = std::array::from_fn(|i| {
+            std::array::from_fn(|j| (0..M).map(|k| points[i] * weights[k] * lagrange(j, points[i] * points[k])).sum())
+        });
+        Self { points, weights, partial }
+    }
+}
+
+/// What fog does on a smooth piece: a factor and its derivative, smooth in depth.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Haze {
+    /// Factor 1.
+    Clear,
+    /// Factor 0.
+    Full,
+    /// (end - z) * scale.
+    Linear { end: f64, scale: f64 },
+    /// exp(-density z).
+    Exp { density: f64 },
+    /// exp(-(density z)^2).
+    Exp2 { density: f64 },
+}
+
+/// The fog distance z along a ray: z^2 = aside^2 + (rate d)^2 at depth d.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Distance {
+    pub(super) aside: f64,
+    pub(super) rate: f64,
+}
+
+impl Distance {
+    /// z and dz/dd at depth d.
+    pub(super) fn at(&self, d: f64) -> (f64, f64) {
+        let along = self.rate * d;
+        if self.aside == 0.0 {
+            return (along.abs(), self.rate.copysign(along));
+        }
+        let z = libm::hypot(self.aside, along);
+        (z, self.rate * along / z)
+    }
+}
+
+/// Fog on one piece.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PieceFog {
+    pub(super) haze: Haze,
+    pub(super) color: [f64; 3],
+    pub(super) distance: Distance,
+    /// Depth at s = 0, and its change from s = 0 to 1.
+    pub(super) depth: f64,
+    pub(super) depth_step: f64,
+}
+
+impl PieceFog {
+    /// The factor and its derivative by s.
+    fn factor(&self, s: f64) -> (f64, f64) {
+        let (z, rate) = self.distance.at(self.depth + self.depth_step * s);
+        let dz = rate * self.depth_step;
+        match self.haze {
+            Haze::Clear => (1.0, 0.0),
+            Haze::Full => (0.0, 0.0),
+            Haze::Linear { end, scale } => ((end - z) * scale, -dz * scale),
+            Haze::Exp { density } => {
+                let f = libm::exp(-density * z);
+                (f, -density * dz * f)
+            }
+            Haze::Exp2 { density } => {
+                let f = libm::exp(-(density * z) * (density * z));
+                (f, -2.0 * density * density * z * dz * f)
+            }
+        }
+    }
+}
+
+/// A piece of ray on which everything is smooth: the value along it, its segment of the transfer function, its length.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Piece<'a> {
+    pub(super) field: &'a Cubic,
+    pub(super) segment: &'a Segment,
+    /// Length from s = 0 to 1 in reference lengths.
+    pub(super) length: f64,
+    pub(super) fog: Option<PieceFog>,
+}
+
+impl Piece<'_> {
+    fn opacity(&self, s: f64) -> f64 {
+        (self.segment.opacity + self.segment.opacity_slope * (self.field.at(s) - self.segment.origin)).clamp(0.0, 1.0)
+    }
+
+    /// Straight colour as the eye sees it, fog included.
+    fn color(&self, s: f64) -> [f64; 3] {
+        let v = self.field.at(s) - self.segment.origin;
+        let color: [f64; 3] = std::array::from_fn(|i| self.segment.color[i] + self.segment.color_slope[i] * v);
+        match &self.fog {
+            None => color,
+            Some(fog) => {
+                let (f, _) = fog.factor(s);
+                std::array::from_fn(|i| f * color[i] + (1.0 - f) * fog.color[i])
+            }
+        }
+    }
+
+    /// The integral of (derivative of the colour by s) * T over [a,b], and the optical depth, by one rule.
+    fn apply<const M: usize>(&self, rule: &Rule<M>, a: f64, b: f64) -> Sum {
+        let h = b - a;
+        let at: [f64; M] = std::array::from_fn(|i| a + h * rule.points[i]);
+        let opacity = at.map(|s| self.opacity(s));
+        if opacity.iter().all(|&o| o >= 1.0) {
+            return Sum { depth: f64::INFINITY, emitted: [0.0; 3] };
+        }
+        // An opacity that rounds to 1 at a point of an otherwise lesser piece: the largest finite extinction.
+        let rate = opacity.map(|o| -libm::log1p(-o).max(-745.0) * self.length * h);
+        let depth = dot(&rule.weights, &rate);
+        let mut emitted = [0.0; 3];
+        for i in 0..M {
+            let weight = h * rule.weights[i] * libm::exp(-dot(&rule.partial[i], &rate));
+            let slope = self.field.slope(at[i]);
+            match &self.fog {
+                None => (0..3).for_each(|c| emitted[c] += weight * self.segment.color_slope[c] * slope),
+                Some(fog) => {
+                    let (f, df) = fog.factor(at[i]);
+                    let v = self.field.at(at[i]) - self.segment.origin;
+                    for c in 0..3 {
+                        let color = self.segment.color[c] + self.segment.color_slope[c] * v;
+                        emitted[c] += weight * (df * (color - fog.color[c]) + f * self.segment.color_slope[c] * slope);
+                    }
+                }
+            }
+        }
+        Sum { depth, emitted }
+    }
+
+    /// Whether the colour is the same all along.
+    fn one_color(&self) -> bool {
+        let fog_varies = self.fog.is_some_and(|f| !matches!(f.haze, Haze::Clear | Haze::Full));
+        let value_varies = self.field.0[1..].iter().any(|&c| c != 0.0) && self.segment.color_slope.iter().any(|&c| c != 0.0);
+        !(fog_varies || value_varies)
+    }
+}
+
+fn dot<const M: usize>(a: &[f64; M], b: &[f64; M]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Sum {
+    depth: f64,
+    emitted: [f64; 3],
+}
+
+/// Colour and transmittance gathered so far along a ray.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Gathered {
+    pub(super) rgb: [f64; 3],
+    pub(super) transmittance: f64,
+    pub(super) error: f64,
+    pub(super) panels: u32,
+}
+
+/// Below this nothing behind can be told from rounding: the ray ends.
+pub(super) const DARK: f64 = 1e-15;
+/// Error of a panel that rounding alone may cause.
+const ROUNDING: f64 = 1e-15;
+/// Optical depth of a panel up to which the rules resolve exp(-depth).
+const DEEP: f64 = 4.0;
+/// Most halvings of a piece.
+const HALVINGS: u32 = 60;
+
+/// The two rules whose difference tells the error.
+#[derive(Debug, Clone)]
+pub(super) struct Quadrature {
+    coarse: Rule<5>,
+    fine: Rule<8>,
+}
+
+impl Quadrature {
+    pub(super) fn new() -> Self {
+        Self { coarse: Rule::new(), fine: Rule::new() }
+    }
+
+    /// Adds the part [a,b] of `piece` to what is gathered, with an error of at most `tolerance` times (b - a).
+    pub(super) fn gather(&self, piece: &Piece<'_>, a: f64, b: f64, tolerance: f64, so_far: &mut Gathered) {
+        self.halve(piece, (a, b), tolerance, HALVINGS, so_far);
+    }
+
+    fn halve(&self, piece: &Piece<'_>, (a, b): (f64, f64), tolerance: f64, left: u32, g: &mut Gathered) {
+        if g.transmittance <= DARK {
+            return;
+        }
+        let (coarse, fine) = (piece.apply(&self.coarse, a, b), piece.apply(&self.fine, a, b));
+        let (first, last) = (piece.color(a), piece.color(b));
+        let through = [libm::exp(-coarse.depth), libm::exp(-fine.depth)];
+        let color = |t: f64, sum: &Sum| -> [f64; 3] { std::array::from_fn(|i| first[i] - last[i] * t + sum.emitted[i]) };
+        let (rough, good) = (color(through[0], &coarse), color(through[1], &fine));
+        // What lies behind is at most 1, so an error of the transmittance counts once more.
+        let off = (0..3).map(|i| (rough[i] - good[i]).abs()).fold(0.0, f64::max) + (through[0] - through[1]).abs();
+        let error = off * g.transmittance;
+        let resolved = fine.depth <= DEEP || fine.depth == f64::INFINITY || piece.one_color();
+        if left == 0 || (resolved && (error <= tolerance * (b - a) || error <= ROUNDING)) {
+            for i in 0..3 {
+                g.rgb[i] += g.transmittance * good[i];
+            }
+            g.error += error + 4.0 * f64::EPSILON * g.transmittance;
+            g.transmittance *= through[1];
+            g.panels += 1;
+            return;
+        }
+        let middle = 0.5 * (a + b);
+        self.halve(piece, (a, middle), tolerance, left - 1, g);
+        self.halve(piece, (middle, b), tolerance, left - 1, g);
+    }
+}
