@@ -94,6 +94,18 @@ pub(super) struct PieceFog {
 }
 
 impl PieceFog {
+    /// The exponent x of a factor exp(-x), as far as the factor matters; 0 for fog of another form.
+    fn exponent(&self, s: f64) -> f64 {
+        let z = self.distance.at(self.depth + self.depth_step * s).0;
+        let x = match self.haze {
+            Haze::Exp { density } => density * z,
+            Haze::Exp2 { density } => (density * z) * (density * z),
+            Haze::Clear | Haze::Full | Haze::Linear { .. } => 0.0,
+        };
+        // exp(-50) is far below every tolerance.
+        x.min(50.0)
+    }
+
     /// The factor and its derivative by s.
     fn factor(&self, s: f64) -> (f64, f64) {
         let (z, rate) = self.distance.at(self.depth + self.depth_step * s);
@@ -142,6 +154,19 @@ impl Piece<'_> {
         }
     }
 
+    /// Derivative of [`Piece::color`] by s.
+    fn color_slope(&self, s: f64) -> [f64; 3] {
+        let own = self.segment.color_slope.map(|c| c * self.field.slope(s));
+        match &self.fog {
+            None => own,
+            Some(fog) => {
+                let (f, df) = fog.factor(s);
+                let v = self.field.at(s) - self.segment.origin;
+                std::array::from_fn(|i| df * (self.segment.color[i] + self.segment.color_slope[i] * v - fog.color[i]) + f * own[i])
+            }
+        }
+    }
+
     /// The integral of (derivative of the colour by s) * T over [a,b], and the optical depth, by one rule.
     fn apply<const M: usize>(&self, rule: &Rule<M>, a: f64, b: f64) -> Sum {
         let h = b - a;
@@ -154,19 +179,10 @@ impl Piece<'_> {
         let rate = opacity.map(|o| -libm::log1p(-o).max(-745.0) * self.length * h);
         let depth = dot(&rule.weights, &rate);
         let mut emitted = [0.0; 3];
-        for i in 0..M {
-            let weight = h * rule.weights[i] * libm::exp(-dot(&rule.partial[i], &rate));
-            let slope = self.field.slope(at[i]);
-            match &self.fog {
-                None => (0..3).for_each(|c| emitted[c] += weight * self.segment.color_slope[c] * slope),
-                Some(fog) => {
-                    let (f, df) = fog.factor(at[i]);
-                    let v = self.field.at(at[i]) - self.segment.origin;
-                    for c in 0..3 {
-                        let color = self.segment.color[c] + self.segment.color_slope[c] * v;
-                        emitted[c] += weight * (df * (color - fog.color[c]) + f * self.segment.color_slope[c] * slope);
-                    }
-                }
+        for ((&s, w), partial) in at.iter().zip(&rule.weights).zip(&rule.partial) {
+            let weight = h * w * libm::exp(-dot(partial, &rate));
+            for (sum, slope) in emitted.iter_mut().zip(self.color_slope(s)) {
+                *sum += weight * slope;
             }
         }
         Sum { depth, emitted }
@@ -203,7 +219,7 @@ pub(super) struct Gathered {
 pub(super) const DARK: f64 = 1e-15;
 /// Error of a panel that rounding alone may cause.
 const ROUNDING: f64 = 1e-15;
-/// Optical depth of a panel up to which the rules resolve exp(-depth).
+/// Optical depth of a panel, or change of fog's exponent, up to which the rules resolve the exponential.
 const DEEP: f64 = 4.0;
 /// Most halvings of a piece.
 const HALVINGS: u32 = 60;
@@ -238,10 +254,9 @@ impl Quadrature {
         let off = (0..3).map(|i| (rough[i] - good[i]).abs()).fold(0.0, f64::max) + (through[0] - through[1]).abs();
         let error = off * g.transmittance;
         let resolved = fine.depth <= DEEP || fine.depth == f64::INFINITY || piece.one_color();
+        let resolved = resolved && piece.fog.is_none_or(|fog| (fog.exponent(b) - fog.exponent(a)).abs() <= DEEP);
         if left == 0 || (resolved && (error <= tolerance * (b - a) || error <= ROUNDING)) {
-            for i in 0..3 {
-                g.rgb[i] += g.transmittance * good[i];
-            }
+            g.rgb.iter_mut().zip(good).for_each(|(sum, c)| *sum += g.transmittance * c);
             g.error += error + 4.0 * f64::EPSILON * g.transmittance;
             g.transmittance *= through[1];
             g.panels += 1;

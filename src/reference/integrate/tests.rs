@@ -174,6 +174,26 @@ fn fog_has_its_closed_forms() {
 }
 
 #[test]
+fn fog_thicker_than_a_cell_is_resolved() {
+    let volume = line(&[0.0; 10], BoxConvention::Cells);
+    let c = volume.grid().center();
+    let placement = Placement::LookAt { eye: c, target: c + DVec3::X, up: DVec3::Z };
+    let camera = Camera::new(placement, Projection::Orthographic { height: Some(1.0) }).unwrap();
+    let plain = scene(&volume, gray(&[(0.0, 0.2)])).with_camera(camera);
+    let kappa = closed::extinction(0.2, 1.0);
+    for rho in [0.5, 20.0, 500.0, 1e5] {
+        let red = |mode| pixel(&plain.clone().with_fog(Some(Fog::new(mode, [0.0; 3]).unwrap())), &volume).rgb[0];
+        let exp = kappa / (kappa + rho) * closed::opacity((kappa + rho) * 5.0);
+        close(red(FogMode::Exp { density: rho }), 0.9 * exp, "exp");
+        // Completing the square: exp(-kappa x - (rho x)^2) is a Gaussian about -kappa / (2 rho^2).
+        let about = -kappa / (2.0 * rho * rho);
+        let sigma = std::f64::consts::FRAC_1_SQRT_2 / rho;
+        let exp2 = closed::gaussian_depth(kappa * libm::exp(0.25 * kappa * kappa / (rho * rho)), about, sigma, 0.0, 5.0);
+        close(red(FogMode::Exp2 { density: rho }), 0.9 * exp2, "exp2");
+    }
+}
+
+#[test]
 fn what_has_no_limit_is_refused() {
     let volume = line(&[0.0], BoxConvention::Cells);
     let plain = scene(&volume, gray(&[(0.0, 0.2)]));
@@ -240,7 +260,8 @@ fn random_case(r: &mut Random) -> (Volume, Scene) {
     values.sort_by(f64::total_cmp);
     let color = values.iter().map(|&v| (v + 3.0, [r.next(), r.next(), r.next()])).collect();
     let opacity = values.iter().map(|&v| (v, if r.next() < 0.3 { 0.0 } else { 0.7 * r.next() })).collect();
-    let (center, radius) = (volume.grid().center(), volume.grid().radius());
+    // A single voxel by nodes is a point.
+    let (center, radius) = (volume.grid().center(), volume.grid().radius().max(1.0));
     let target = center + r.direction() * 0.2 * radius;
     let (distance, projection) = if r.next() < 0.5 {
         (radius * 2.0, Projection::Orthographic { height: Some(radius) })
