@@ -1,6 +1,6 @@
 //! Integrals that have a closed form: what code is checked against.
 //!
-//! Lengths in world units, extinction per world unit, opacity in [0,1].
+//! Lengths in world units, extinction per world unit, opacity in `[0,1]`.
 
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2};
 

@@ -77,7 +77,7 @@ pub(super) fn corners(volume: &Volume, low: [i64; 3]) -> Corners {
     with_voxels!(volume.voxels(), v => index.map(|i| slope * v[i].to_f64() + intercept))
 }
 
-/// The field along a piece of ray within a cell: from `at`, its place in the cell (each in [0,1] where the cell is not clamped),
+/// The field along a piece of ray within a cell: from `at`, its place in the cell (each in `[0,1]` where the cell is not clamped),
 /// over `step`.
 pub(super) fn cubic(v: &Corners, at: [f64; 3], step: [f64; 3]) -> Cubic {
     let [x, y, z] = at;

@@ -16,7 +16,7 @@ const TOLERANCE: f64 = 1e-11;
 pub struct RayResult {
     /// Premultiplied colour of the volume alone, fog included, the background not.
     pub rgb: [f64; 3],
-    /// How much of what lies behind the volume shines through, in [0,1].
+    /// How much of what lies behind the volume shines through, in `[0,1]`.
     pub transmittance: f64,
     /// Bound on the error of each number above, from quadrature (below 1e-10) and the rounding of its sums. The voxels and the
     /// ray are taken as exact.

@@ -8,10 +8,10 @@ pub use ssim::ssim;
 
 use crate::{Error, Result};
 
-/// Displayed colours: red, green, blue in [0,1], row by row from the top.
+/// Displayed colours: red, green, blue in `[0,1]`, row by row from the top.
 ///
 /// # Guarantees
-/// Width times height colours, at least one, each component in [0,1].
+/// Width times height colours, at least one, each component in `[0,1]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Displayed {
     width: usize,
@@ -20,7 +20,7 @@ pub struct Displayed {
 }
 
 impl Displayed {
-    /// A picture of premultiplied red, green, blue and alpha, `width` pixels wide, as a screen shows it over black: clamped to [0,1].
+    /// A picture of premultiplied red, green, blue and alpha, `width` pixels wide, as a screen shows it over black: clamped to `[0,1]`.
     ///
     /// # Errors
     /// [`Error::Invalid`] when the pixels do not fill whole rows, or there are none, or one is NaN.

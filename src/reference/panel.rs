@@ -8,7 +8,7 @@ use super::field::Cubic;
 use super::segments::Segment;
 use std::f64::consts::PI;
 
-/// Gauss-Legendre rule of M points on [0,1] with the matrix that integrates from 0 to each point.
+/// Gauss-Legendre rule of M points on `[0,1]` with the matrix that integrates from 0 to each point.
 #[derive(Debug, Clone)]
 pub(super) struct Rule<const M: usize> {
     points: [f64; M],

@@ -2,7 +2,7 @@
 //! Fairchild: "FLIP: a difference evaluator for alternating images", 2020).
 //!
 //! ```text
-//!  colour:  sRGB -> YCxCz -> blur by contrast sensitivity -> clamp -> L*a*b*, Hunt -> HyAB^0.7 -> [0,1] --.
+//!  colour:  sRGB -> YCxCz -> blur by contrast sensitivity -> clamp -> L*a*b*, Hunt -> HyAB^0.7 -> `[0,1]` --.
 //!  feature: luma -> edges and points by Gaussian derivatives -> largest change -> sqrt(./sqrt 2) --------- colour^(1-feature)
 //! ```
 
@@ -28,7 +28,7 @@ const SENSITIVITY: [[(f64, f64); 2]; 3] = [[(1.0, 0.0047), (0.0, 1e-5)], [(1.0, 
 /// Linear sRGB to XYZ (IEC 61966-2-1, white D65).
 const TO_XYZ: [[f64; 3]; 3] = [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]];
 
-/// The FLIP map's mean over the pixels, in [0,1]: 0 for equal pictures. Colours are taken as sRGB.
+/// The FLIP map's mean over the pixels, in `[0,1]`: 0 for equal pictures. Colours are taken as sRGB.
 ///
 /// # Errors
 /// [`crate::Error::Invalid`] when the sizes differ or `pixels_per_degree` is not within 1 and 1000.
@@ -109,7 +109,7 @@ fn color_difference(reference: &Displayed, test: &Displayed, ppd: f64) -> Vec<f6
         .collect()
 }
 
-/// Linear sRGB in [0,1] as the eye resolves it.
+/// Linear sRGB in `[0,1]` as the eye resolves it.
 fn blurred(picture: &Displayed, ppd: f64) -> Vec<[f64; 3]> {
     // Three standard deviations of the widest Gaussian, sigma^2 = b / (2 pi^2).
     let widest = SENSITIVITY.iter().flatten().map(|g| g.1).fold(0.0, f64::max);

@@ -21,7 +21,7 @@ const PUFFS: [([f64; 3], f64); 6] = [
     ([0.22, -0.34, -0.12], 0.4),
 ];
 
-/// Density in [0,1]; 0 at the faces of the box.
+/// Density in `[0,1]`; 0 at the faces of the box.
 pub(super) fn density(point: [f64; 3]) -> f64 {
     // How deep within the puffs, in half sides; flat underneath.
     let mut depth = f64::NEG_INFINITY;
@@ -39,7 +39,7 @@ pub(super) fn density(point: [f64; 3]) -> f64 {
     fade((lifted.min(3.0 * wall) / SOFT).clamp(0.0, 1.0))
 }
 
-/// Sum of [`OCTAVES`] octaves of value noise, scaled to [0,1].
+/// Sum of [`OCTAVES`] octaves of value noise, scaled to `[0,1]`.
 fn fractal(point: [f64; 3]) -> f64 {
     let (mut sum, mut total, mut weight, mut scale) = (0.0, 0.0, 1.0, 0.5 * CELLS);
     for octave in 0..OCTAVES {
@@ -51,7 +51,7 @@ fn fractal(point: [f64; 3]) -> f64 {
     sum / total
 }
 
-/// Value noise in [0,1]: hashes at whole numbers, between them a blend with continuous second derivative.
+/// Value noise in `[0,1]`: hashes at whole numbers, between them a blend with continuous second derivative.
 fn noise(point: [f64; 3], seed: u32) -> f64 {
     let low = point.map(f64::floor);
     let [fx, fy, fz]: [f64; 3] = std::array::from_fn(|i| fade(point[i] - low[i]));
@@ -67,7 +67,7 @@ fn fade(t: f64) -> f64 {
     t * t * t * (t * (6.0 * t - 15.0) + 10.0)
 }
 
-/// A number in [0,1] for a point of the lattice: odd multipliers spread the coordinates, two rounds of xor-shift and multiply mix them.
+/// A number in `[0,1]` for a point of the lattice: odd multipliers spread the coordinates, two rounds of xor-shift and multiply mix them.
 fn lattice([x, y, z]: [i32; 3], seed: u32) -> f64 {
     let spread = |c: i32, odd: u32| (c as u32).wrapping_mul(odd);
     let mut h = spread(x, 0x9e37_79b1) ^ spread(y, 0x85eb_ca77) ^ spread(z, 0xc2b2_ae3d) ^ seed.wrapping_mul(0x27d4_eb2f);

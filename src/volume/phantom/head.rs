@@ -32,7 +32,7 @@ const HEAD: [Ellipsoid; 10] = [
     ellipsoid(0.1, [0.06, -0.605, 0.0], [0.023, 0.046, 0.02], STRAIGHT),
 ];
 
-/// The head's value at a point, in [0,1]; edges are spread evenly over `soft` to either side, as a voxel that straddles one sees it.
+/// The head's value at a point, in `[0,1]`; edges are spread evenly over `soft` to either side, as a voxel that straddles one sees it.
 pub(super) fn value(point: [f64; 3], soft: f64) -> f64 {
     let sum: f64 = HEAD.iter().map(|e| e.value * e.share(point, soft)).sum();
     sum.clamp(0.0, 1.0)

@@ -21,15 +21,15 @@ use rayon::prelude::*;
 /// A built-in volume.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Phantom {
-    /// The Marschner-Lobb test signal, in [0,1].
+    /// The Marschner-Lobb test signal, in `[0,1]`.
     MarschnerLobb,
     /// Electron density of a hydrogen atom's 4d orbital (m = 0), 1 where it is highest.
     Hydrogen,
-    /// The Shepp-Logan head in three dimensions, higher contrast: ten ellipsoids, in [0,1].
+    /// The Shepp-Logan head in three dimensions, higher contrast: ten ellipsoids, in `[0,1]`.
     SheppLogan,
     /// Signed distance to the Borromean rings, negative inside, in half sides of the box.
     DistanceField,
-    /// A cumulus of value noise with soft edges, in [0,1].
+    /// A cumulus of value noise with soft edges, in `[0,1]`.
     Cloud,
 }
 
@@ -77,7 +77,7 @@ impl Phantom {
         }
     }
 
-    /// The value at a point of formula space, where the box is [-1,1] along each axis.
+    /// The value at a point of formula space, where the box is `[-1,1]` along each axis.
     pub fn value(self, point: [f64; 3]) -> f64 {
         match self {
             Self::MarschnerLobb => signal::marschner_lobb(point),
@@ -153,7 +153,7 @@ fn is_float(kind: VoxelType) -> bool {
     matches!(kind, VoxelType::F32 | VoxelType::F64)
 }
 
-/// Where voxel `i` of `n` stands in [-1,1].
+/// Where voxel `i` of `n` stands in `[-1,1]`.
 fn coordinate(i: usize, n: usize) -> f64 {
     if n == 1 { 0.0 } else { (2.0 * i as f64 - (n - 1) as f64) / (n - 1) as f64 }
 }

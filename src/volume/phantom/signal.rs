@@ -7,7 +7,7 @@ const F_M: f64 = 6.0;
 /// Height of the rings against the slope along z.
 const ALPHA: f64 = 0.25;
 
-/// The signal, in [0,1]:
+/// The signal, in `[0,1]`:
 /// rho = (1 - sin(pi z/2) + alpha (1 + rho_r(r))) / (2 (1 + alpha)) with rho_r(r) = cos(2 pi f_M cos(pi r/2)), r^2 = x^2 + y^2.
 pub(super) fn marschner_lobb([x, y, z]: [f64; 3]) -> f64 {
     let r = (x * x + y * y).sqrt();
