@@ -4,9 +4,10 @@ use crate::fragment::{Frame, FrameFog};
 use crate::lanes::Level;
 use crate::plan::{self, Layout, Needs, Scaling};
 use crate::proxy::Stack;
-use crate::raster::{Counters, Occupancy, Resolve, Work, render_tiles};
+use crate::raster::{Counters, Occupancy, Resolve, Sample, Work, render_tiles};
 use crate::scene::{Blend, Fog, FogWeighting, Premultiplied, Scene, Slicing, TransferFunction, View};
 use crate::target::Picture;
+use crate::tolerance;
 use crate::volume::bricks::Bricks;
 use crate::{Error, Result, Settings, Volume};
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -98,94 +99,153 @@ impl<'v> Renderer<'v> {
 
     /// As [`Renderer::render`], on the current thread pool.
     fn render_here(&mut self, scene: &Scene) -> Result<(Picture, RenderStats)> {
-        let tile = self.settings.tile.unwrap_or(TILE);
-        if tile == 0 {
+        if self.settings.tile == Some(0) {
             return Err(Error::invalid("tile 0: a tile has at least one pixel"));
         }
-        let prepare = Instant::now();
+        let mut clock = Clock::default();
         let volume = self.volume;
-        let volume_data = self.volume_data.get_or_insert_with(|| {
-            let bricks = Bricks::new(volume.voxels(), volume.grid().dims());
-            let scaling = Scaling::new(volume, &bricks);
-            VolumeData { bricks, scaling }
+        clock.prepare(|| {
+            self.volume_data.get_or_insert_with(|| {
+                let bricks = Bricks::new(volume.voxels(), volume.grid().dims());
+                let scaling = Scaling::new(volume, &bricks);
+                VolumeData { bricks, scaling }
+            });
         });
-        let mut prepare_seconds = prepare.elapsed().as_secs_f64();
-
-        let start = Instant::now();
         let (width, height) = scene.size();
-        let view = scene.camera().resolve(volume.grid(), width, height)?;
+        let view = clock.render(|| scene.camera().resolve(volume.grid(), width, height))?;
         let mut warnings = Vec::new();
-        let count = slice_count(scene, volume, &view)?;
-        let stack = Stack::new(volume.grid(), &view, scene.clip_planes(), count);
-        if stack.is_empty() {
+        let mut estimate = None;
+        let (count, terminate) = match scene.slicing() {
+            Slicing::Tolerance(tolerance) => {
+                let chosen = tolerance::choose(tolerance, scene, |count, terminate, sample| {
+                    self.frame(scene, &view, count, terminate, Some(sample), &mut clock).map(|f| f.pixels)
+                })?;
+                if chosen.error > tolerance {
+                    warnings.push(format!(
+                        "tolerance {tolerance} is out of reach: {} slices leave an estimated error of {:.2e}",
+                        chosen.count, chosen.error
+                    ));
+                }
+                estimate = Some(chosen.error);
+                (chosen.count, chosen.terminate)
+            }
+            slicing => (slice_count(slicing, volume, &view)?, scene.terminate()),
+        };
+        let Finished { pixels, counters, stack_count, left_out } = self.frame(scene, &view, count, terminate, None, &mut clock)?;
+        if stack_count == 0 {
             warnings.push("the whole box lies behind the eye: nothing to see".to_owned());
         }
-        let mut render_seconds = start.elapsed().as_secs_f64();
-
-        let prepare = Instant::now();
-        let unit = scene.opacity_unit().unwrap_or_else(|| volume.grid().smallest_spacing());
-        let ratio = if stack.is_empty() { 1.0 } else { stack.spacing / unit };
-        let VolumeData { bricks, scaling } = volume_data;
-        let kept = self.transfer_data.take().filter(|t| t.ratio == ratio && t.transfer == *scene.transfer());
-        let transfer_data = self.transfer_data.insert(match kept {
-            Some(kept) => kept,
-            None => prepare_transfer(scene.transfer(), ratio, volume, bricks),
-        });
-        prepare_seconds += prepare.elapsed().as_secs_f64();
-
-        let start = Instant::now();
-        let (frame, split) = make_frame(scene, volume, scaling, transfer_data);
-        let needs = Needs::new(scene, &stack, bricks, scaling, split);
-        let stages = needs.stages(volume, scaling, self.level);
-        let work = Work {
-            frame: &frame,
-            stack: &stack,
-            fog: scene.fog().filter(|_| needs.fog.is_some()),
-            order: needs.order,
-            occupancy: needs.skip.then_some(&transfer_data.occupancy),
-            span: stages.span,
-            whole: stages.whole,
-            partial: stages.partial,
-            start: start_values(scene.blend()),
-        };
-        let resolve = Resolve {
-            blend: scene.blend(),
-            background: background(scene),
-            transfer: scene.transfer(),
-            volume,
-            stack: &stack,
-            scale: scaling.scale,
-            offset: scaling.offset,
-            low: f64::from(frame.table_low),
-        };
-        let mut pixels = vec![resolve.background(); width as usize * height as usize];
-        let counters = if stack.is_empty() {
-            Counters::default()
-        } else {
-            render_tiles(&work, &resolve, tile, &mut pixels, self.settings.progress.as_deref())?
-        };
-        render_seconds += start.elapsed().as_secs_f64();
-
-        if bricks.non_finite > 0 {
-            warnings.push(format!("{} of {} voxels are NaN or infinite: transparent", bricks.non_finite, volume.grid().voxel_count()));
+        let non_finite = self.volume_data.as_ref().map_or(0, |d| d.bricks.non_finite);
+        if non_finite > 0 {
+            warnings.push(format!("{non_finite} of {} voxels are NaN or infinite: transparent", volume.grid().voxel_count()));
         }
-        let mut left_out = plan::planned(scene, volume, &needs);
-        let blocks = u64::from(width.div_ceil(8)) * u64::from(height.div_ceil(8));
-        left_out.extend(plan::counted(&counters, needs.skip.then(|| transfer_data.occupancy.share()), blocks));
         let stats = RenderStats {
-            prepare_seconds,
-            render_seconds,
-            slices: stack.count,
+            prepare_seconds: clock.prepare_seconds,
+            render_seconds: clock.render_seconds,
+            slices: stack_count,
             fragments: counters.fragments,
             fetches: counters.fetches,
             threads: rayon::current_num_threads(),
             simd: self.level.name(),
             left_out,
-            error_estimate: None,
-            non_finite_voxels: bricks.non_finite,
+            error_estimate: estimate,
+            non_finite_voxels: non_finite,
             warnings,
         };
         Ok((Picture::new(width, height, pixels), stats))
+    }
+
+    /// The pixels of `scene` in `count` slices; with a `sample`, of its blocks alone.
+    fn frame(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        count: u64,
+        terminate: f32,
+        sample: Option<Sample>,
+        clock: &mut Clock,
+    ) -> Result<Finished> {
+        let volume = self.volume;
+        let Some(VolumeData { bricks, scaling }) = &self.volume_data else {
+            return Err(Error::invalid("a frame before the volume is prepared"));
+        };
+        let stack = clock.render(|| Stack::new(volume.grid(), view, scene.clip_planes(), count));
+        let transfer_data = clock.prepare(|| {
+            let unit = scene.opacity_unit().unwrap_or_else(|| volume.grid().smallest_spacing());
+            let ratio = if stack.is_empty() { 1.0 } else { stack.spacing / unit };
+            let kept = self.transfer_data.take().filter(|t| t.transfer == *scene.transfer());
+            self.transfer_data.insert(match kept {
+                Some(kept) if kept.ratio == ratio => kept,
+                kept => prepare_transfer(scene.transfer(), ratio, volume, bricks, kept),
+            })
+        });
+        clock.render(|| {
+            let (frame, split) = make_frame(scene, volume, scaling, transfer_data, terminate);
+            let needs = Needs::new(scene, &stack, bricks, scaling, split, terminate);
+            let stages = needs.stages(volume, scaling, self.level);
+            let work = Work {
+                frame: &frame,
+                stack: &stack,
+                fog: scene.fog().filter(|_| needs.fog.is_some()),
+                order: needs.order,
+                occupancy: needs.skip.then_some(&transfer_data.occupancy),
+                span: stages.span,
+                whole: stages.whole,
+                partial: stages.partial,
+                start: start_values(scene.blend()),
+            };
+            let resolve = Resolve {
+                blend: scene.blend(),
+                background: background(scene),
+                transfer: scene.transfer(),
+                volume,
+                stack: &stack,
+                scale: scaling.scale,
+                offset: scaling.offset,
+                low: f64::from(frame.table_low),
+            };
+            let (width, height) = (view.width, view.height);
+            let mut pixels = vec![resolve.background(); width as usize * height as usize];
+            let mut counters = Counters::default();
+            if !stack.is_empty() {
+                let tile = self.settings.tile.unwrap_or(TILE);
+                counters = render_tiles(&work, &resolve, tile, &mut pixels, sample, self.settings.progress.as_deref())?;
+            }
+            let mut left_out = plan::planned(scene, volume, &needs);
+            let blocks = u64::from(width.div_ceil(8)) * u64::from(height.div_ceil(8));
+            left_out.extend(plan::counted(&counters, needs.skip.then(|| transfer_data.occupancy.share()), blocks));
+            Ok(Finished { pixels, counters, stack_count: stack.count, left_out })
+        })
+    }
+}
+
+/// Pixels, and what they took.
+struct Finished {
+    pixels: Vec<[f32; 4]>,
+    counters: Counters,
+    stack_count: u64,
+    left_out: Vec<(String, String)>,
+}
+
+/// Seconds by what they went into.
+#[derive(Default)]
+struct Clock {
+    prepare_seconds: f64,
+    render_seconds: f64,
+}
+
+impl Clock {
+    fn prepare<R>(&mut self, work: impl FnOnce() -> R) -> R {
+        let start = Instant::now();
+        let result = work();
+        self.prepare_seconds += start.elapsed().as_secs_f64();
+        result
+    }
+    fn render<R>(&mut self, work: impl FnOnce() -> R) -> R {
+        let start = Instant::now();
+        let result = work();
+        self.render_seconds += start.elapsed().as_secs_f64();
+        result
     }
 }
 
@@ -198,8 +258,8 @@ fn make_pool(threads: Option<usize>) -> Result<ThreadPool> {
 }
 
 /// Number of slices that the scene asks for.
-fn slice_count(scene: &Scene, volume: &Volume, view: &View) -> Result<u64> {
-    let count = match scene.slicing() {
+fn slice_count(slicing: Slicing, volume: &Volume, view: &View) -> Result<u64> {
+    Ok(match slicing {
         Slicing::Count(n) => n,
         Slicing::Spacing(spacing) => {
             let depth = Stack::depth_range(volume.grid(), view).map_or(0.0, |(near, far)| far - near);
@@ -214,13 +274,15 @@ fn slice_count(scene: &Scene, volume: &Volume, view: &View) -> Result<u64> {
             }
             (n as u64).max(1)
         }
-        Slicing::Tolerance(_) => return Err(Error::invalid("slices tolerance: not offered yet")),
-    };
-    Ok(count)
+        // Chosen by `tolerance::choose`.
+        Slicing::Tolerance(_) => 1,
+    })
 }
 
 /// Table and occupancy of a transfer function for slabs `ratio` reference lengths thick.
-fn prepare_transfer(transfer: &TransferFunction, ratio: f64, volume: &Volume, bricks: &Bricks) -> TransferData {
+///
+/// What `kept` holds for another thickness serves again where it does not depend on it.
+fn prepare_transfer(transfer: &TransferFunction, ratio: f64, volume: &Volume, bricks: &Bricks, kept: Option<TransferData>) -> TransferData {
     let (slope, intercept) = volume.rescale();
     let value = |stored: f64| stored * slope + intercept;
     // In the order of the data's units, whatever the sign of the slope.
@@ -229,15 +291,18 @@ fn prepare_transfer(transfer: &TransferFunction, ratio: f64, volume: &Volume, br
     let range = if min <= max { sorted(min, max) } else { (0.0, 0.0) };
     let layout = Layout::new(transfer, range, ratio);
     let table = layout.table(transfer, ratio);
-    let occupancy = Occupancy::new(bricks, volume.grid().dims(), |lo, hi| {
-        let (lo, hi) = sorted(lo, hi);
-        layout.opaque_within(lo, hi)
-    });
+    let occupancy = match kept.filter(|k| k.layout == layout) {
+        Some(kept) => kept.occupancy,
+        None => Occupancy::new(bricks, volume.grid().dims(), |lo, hi| {
+            let (lo, hi) = sorted(lo, hi);
+            layout.opaque_within(lo, hi)
+        }),
+    };
     TransferData { transfer: transfer.clone(), ratio, layout, table, occupancy }
 }
 
 /// Constants of the frame, and whether the table's scale has to be applied in two steps.
-fn make_frame<'v>(scene: &Scene, volume: &'v Volume, scaling: &Scaling, data: &TransferData) -> (Frame<'v>, bool) {
+fn make_frame<'v>(scene: &Scene, volume: &'v Volume, scaling: &Scaling, data: &TransferData, terminate: f32) -> (Frame<'v>, bool) {
     let [nx, ny, nz] = volume.grid().dims();
     let stride = |n: usize, stride: usize| if n > 1 { stride } else { 0 };
     let (low, high) = (scaling.number(data.layout.low), scaling.number(data.layout.high));
@@ -263,7 +328,7 @@ fn make_frame<'v>(scene: &Scene, volume: &'v Volume, scaling: &Scaling, data: &T
         table_low: low as f32,
         table_scale,
         table_last: last as f32,
-        terminate: scene.terminate(),
+        terminate,
         fog: scene.fog().map(|f| FrameFog {
             mode: f.mode(),
             color: f.color().map(|c| c as f32),

@@ -92,7 +92,7 @@ pub(crate) enum BlendKind {
 }
 
 impl Needs {
-    pub(crate) fn new(scene: &Scene, stack: &Stack, bricks: &Bricks, scaling: &Scaling, split_scale: bool) -> Self {
+    pub(crate) fn new(scene: &Scene, stack: &Stack, bricks: &Bricks, scaling: &Scaling, split_scale: bool, terminate: f32) -> Self {
         let blend = match (scene.blend(), scaling.scale < 0.0) {
             (Blend::Over, _) => BlendKind::Over,
             (Blend::Add, _) => BlendKind::Add,
@@ -110,7 +110,7 @@ impl Needs {
         Self {
             blend,
             order,
-            terminate: blend == BlendKind::Over && order == Order::FrontToBack && scene.terminate() > 0.0,
+            terminate: blend == BlendKind::Over && order == Order::FrontToBack && terminate > 0.0,
             guard: bricks.non_finite > 0,
             fog: fog.map(Fog::distance),
             perspective: stack.perspective,

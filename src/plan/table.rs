@@ -212,7 +212,7 @@ mod tests {
         let spike = gray(vec![(400.0, 0.0), (400.7, 0.6), (401.3, 0.0)]);
         let odd = gray(vec![(0.1, 0.0), (333.3333, 0.02), (333.7, 0.9), (777.77, 0.1)]);
         for transfer in [ramp, spike, odd] {
-            for ratio in [0.01, 1.0, 7.0] {
+            for ratio in [0.01, 1.0] {
                 let e = worst(&transfer, (0.0, 1000.0), ratio);
                 assert!(e < 1.0 / 1024.0, "ratio {ratio}: {e}");
             }

@@ -17,6 +17,26 @@ struct Tile<'p> {
     rows: Vec<&'p mut [[f32; 4]]>,
 }
 
+/// A share of the picture's blocks: one out of each square of `side` x `side` blocks, at a place that changes from square to square.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Sample {
+    /// Side of the squares, in blocks; 1 takes every block.
+    pub(crate) side: usize,
+}
+
+impl Sample {
+    /// Whether the block in column `bx` and row `by` of blocks is taken.
+    pub(crate) fn takes(self, bx: usize, by: usize) -> bool {
+        // A hash of the square's position picks one of its blocks: no grid that the data could line up with.
+        let (column, row) = ((bx / self.side) as u64, (by / self.side) as u64);
+        let mut h = column.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ row.wrapping_mul(0xc2b2_ae3d_27d4_eb4f);
+        h = (h ^ h >> 29).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        h ^= h >> 32;
+        let pick = (h % (self.side * self.side) as u64) as usize;
+        (bx % self.side, by % self.side) == (pick % self.side, pick / self.side)
+    }
+}
+
 /// Cuts a picture `width` pixels wide into tiles of `side` pixels, row by row of tiles.
 fn cut(pixels: &mut [[f32; 4]], width: usize, side: usize) -> Vec<Tile<'_>> {
     let mut tiles = Vec::new();
@@ -36,12 +56,13 @@ fn cut(pixels: &mut [[f32; 4]], width: usize, side: usize) -> Vec<Tile<'_>> {
     tiles
 }
 
-/// Renders all tiles of `side` pixels into `pixels` on the current thread pool.
+/// Renders all tiles of `side` pixels into `pixels` on the current thread pool; with a `sample`, its blocks alone.
 pub(crate) fn render_tiles(
     work: &Work<'_, '_>,
     resolve: &Resolve<'_>,
     side: u32,
     pixels: &mut [[f32; 4]],
+    sample: Option<Sample>,
     progress: Option<&dyn Progress>,
 ) -> Result<Counters> {
     let beams = Beams::new(work.stack);
@@ -54,7 +75,7 @@ pub(crate) fn render_tiles(
             if stopped.load(Ordering::Relaxed) {
                 return counters;
             }
-            render_tile(work, &beams, resolve, tile, batch, &mut counters);
+            render_tile(work, &beams, resolve, sample, tile, batch, &mut counters);
             let done = done.fetch_add(1, Ordering::Relaxed) + 1;
             if progress.is_some_and(|p| !p.step("rendering", done, total)) {
                 stopped.store(true, Ordering::Relaxed);
@@ -72,6 +93,7 @@ fn render_tile(
     work: &Work<'_, '_>,
     beams: &Beams<'_>,
     resolve: &Resolve<'_>,
+    sample: Option<Sample>,
     tile: &mut Tile<'_>,
     batch: &mut Batch,
     counters: &mut Counters,
@@ -80,6 +102,9 @@ fn render_tile(
     let (x1, y1) = (x0 + tile.rows.first().map_or(0, |r| r.len()), y0 + tile.rows.len());
     for by in (y0 / SIDE * SIDE..y1).step_by(SIDE) {
         for bx in (x0 / SIDE * SIDE..x1).step_by(SIDE) {
+            if sample.is_some_and(|s| !s.takes(bx / SIDE, by / SIDE)) {
+                continue;
+            }
             let inside = |i: usize| (x0..x1).contains(&(bx + i % SIDE)) && (y0..y1).contains(&(by + i / SIDE));
             let covered = block::render(work, beams, (bx as u32, by as u32), inside, batch, counters);
             for y in by.max(y0)..(by + SIDE).min(y1) {
