@@ -15,8 +15,14 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-/// What is rendered when nothing is named.
-const DEFAULT_SCENE: &str = "[volume]\nphantom = \"hydrogen\"\n";
+/// What is rendered when nothing is named: three rings, no two of them linked; their surface is at 0, their core below it.
+const DEFAULT_SCENE: &str = "
+[volume]
+phantom = \"distance-field\"
+[transfer]
+color = [[-0.15, 1, 1, 0.9], [-0.05, 0.9, 0.5, 0.15], [0.02, 0.3, 0.1, 0.2]]
+opacity = [[-0.1, 0.9], [-0.02, 0.3], [0.01, 0]]
+";
 
 /// What `render` takes.
 #[derive(Debug, clap::Args)]
@@ -112,12 +118,13 @@ impl SceneText<'_> {
     }
 }
 
-/// The scene that `input` names: a scene file by its name, else a volume, which is set in `overrides`.
+/// The scene that `input` names: a scene file by its name, else a volume, which is set in `overrides`; without an input,
+/// an empty scene for flags to fill.
 ///
 /// # Errors
 /// [`Usage`] for a name that is no text.
 pub(super) fn scene_of<'a>(input: Option<&'a Path>, overrides: &mut Overrides) -> Result<SceneText<'a>> {
-    let Some(path) = input else { return Ok(SceneText::Text(DEFAULT_SCENE)) };
+    let Some(path) = input else { return Ok(SceneText::Text("")) };
     let scene = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml") || e.eq_ignore_ascii_case("json"));
     if scene {
         return Ok(SceneText::File(path));
@@ -130,7 +137,8 @@ pub(super) fn scene_of<'a>(input: Option<&'a Path>, overrides: &mut Overrides) -
 pub(super) fn run(args: &RenderArgs) -> Result<()> {
     let settings_level = level(&args.simd)?;
     let mut overrides = Overrides::default();
-    let text = scene_of(args.input.as_deref(), &mut overrides)?;
+    let named = args.input.is_some() || args.flags.has("volume.path") || args.flags.has("volume.phantom");
+    let text = if named { scene_of(args.input.as_deref(), &mut overrides)? } else { SceneText::Text(DEFAULT_SCENE) };
     shorthands(args, &mut overrides)?;
     args.flags.apply(&mut overrides);
     let sink = Sink::new(&args.output)?;

@@ -6,6 +6,8 @@
 //! distributed with Matplotlib (a PSF-style licence). The points below were chosen from the 256 entries that
 //! Matplotlib publishes for each map, the fewest with which linear interpolation stays within 1/255 of every entry.
 
+#![allow(clippy::approx_constant, reason = "colours that happen to lie near pi / 6 and pi / 8")]
+
 /// Entry of 256, then red, green, blue.
 type Point = (u8, [f64; 3]);
 

@@ -4,7 +4,7 @@
 //! 150 to 400, bone from 250 up) with opacities per millimetre. The others are laid over the volume's own values: see [`Landmarks`].
 
 use super::{ColorMap, TransferFunction};
-use crate::volume::{Modality, Statistics};
+use crate::volume::{Modality, Space, Statistics};
 use crate::{Result, Volume};
 
 /// A ready-made transfer function.
@@ -197,8 +197,8 @@ impl Preset {
             Self::MrBrain => (Scale::Voxel, BRAIN_COLOR, &[(-0.5, 0.0), (-0.1, 0.02), (0.2, 0.06), (0.6, 0.15), (1.0, 0.35)]),
             Self::MrAngio => (Scale::Voxel, VESSEL_COLOR, &[(-0.6, 0.0), (0.0, 0.002), (0.45, 0.006), (0.7, 0.1), (1.0, 0.5)]),
             Self::GreyRamp => (Scale::Box, GREY_COLOR, &[(-0.6, 0.0), (0.0, 0.03), (1.0, 0.25)]),
-            Self::XRay => (Scale::Box, WHITE, &[(-1.0, 0.0), (0.0, 0.006), (1.0, 0.025)]),
-            Self::HotRamp => (Scale::Box, &[], &[(-0.6, 0.0), (0.0, 0.03), (1.0, 0.25)]),
+            Self::XRay => (Scale::Box, WHITE, &[(-1.0, 0.0), (0.0, 0.004), (0.3, 0.007), (1.0, 0.05)]),
+            Self::HotRamp => (Scale::Box, &[], &[(-0.85, 0.0), (0.0, 0.05), (1.0, 0.3)]),
             Self::ViridisRamp => (Scale::Box, &[], &[(-0.6, 0.0), (0.0, 0.03), (1.0, 0.25)]),
         }
     }
@@ -271,10 +271,13 @@ impl Preset {
         let ct = [Self::CtBone, Self::CtSkinBone, Self::CtSoftTissue, Self::CtAngio, Self::CtLung, Self::XRay, Self::GreyRamp];
         let mr = [Self::MrBrain, Self::MrAngio, Self::GreyRamp, Self::XRay];
         let any = [Self::HotRamp, Self::GreyRamp, Self::ViridisRamp, Self::MrBrain, Self::XRay];
+        let body = [Self::MrBrain, Self::MrAngio, Self::HotRamp, Self::GreyRamp, Self::ViridisRamp, Self::XRay];
         let order: &[Self] = match volume.modality() {
             Modality::Ct => &ct,
             Modality::Mr => &mr,
             Modality::Unknown if looks_hounsfield(s) => &ct,
+            // Axes that are named after a body: medical more often than not.
+            Modality::Unknown if volume.grid().space() != Space::Unknown => &body,
             Modality::Unknown => &any,
         };
         // CT that is not in Hounsfield units leaves only what goes with any data.

@@ -1,3 +1,5 @@
+#![allow(clippy::panic, reason = "a test fails by panicking")]
+
 use super::*;
 use crate::scene::{Blend, Fog, FogDistance, FogMode, FogWeighting, Order, Placement, Projection, Slicing};
 use crate::volume::io::Endian;

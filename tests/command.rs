@@ -1,0 +1,280 @@
+//! The command as a user meets it: exit statuses, one-line errors, what goes to which stream, what is left behind.
+#![cfg(feature = "cli")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
+
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+use tempfile::TempDir;
+
+const SMALL: [&str; 6] = ["--size", "16x12", "--volume.size", "8", "--count", "16"];
+const RAW: [&str; 5] = ["v.raw", "--volume.dimensions", "4,5,6", "--volume.type", "u8"];
+
+fn run(dir: &Path, args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_slicestack")).args(args).current_dir(dir).output().unwrap()
+}
+
+fn dir() -> TempDir {
+    tempfile::tempdir().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+fn files(dir: &Path) -> Vec<String> {
+    let mut names: Vec<String> = fs::read_dir(dir).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+/// Runs a command that is to fail with `status`: one line on stderr, nothing on stdout, no file more than before.
+fn refused(dir: &Path, args: &[&str], status: i32) -> String {
+    let before = files(dir);
+    let out = run(dir, args);
+    let line = text(&out.stderr);
+    assert_eq!(out.status.code(), Some(status), "{args:?}: {line}");
+    assert!(line.starts_with("error: ") && line.lines().count() == 1, "{args:?}: {line}");
+    assert!(out.stdout.is_empty(), "{args:?}: {}", text(&out.stdout));
+    assert_eq!(files(dir), before, "{args:?}");
+    line
+}
+
+/// `render` of a small built-in volume.
+fn small<'a>(more: &[&'a str]) -> Vec<&'a str> {
+    [&["render"][..], &SMALL, more].concat()
+}
+
+fn raw_volume(dir: &Path) {
+    let voxels: Vec<u8> = (0..4 * 5 * 6).map(|i| (i * 2) as u8).collect();
+    fs::write(dir.join("v.raw"), voxels).unwrap();
+}
+
+#[test]
+fn without_arguments_the_built_in_volume_becomes_slicestack_png() {
+    let dir = dir();
+    let out = run(dir.path(), &small(&[]));
+    assert!(out.status.success(), "{}", text(&out.stderr));
+    assert!(out.stdout.is_empty() && out.stderr.is_empty(), "{}", text(&out.stderr));
+    assert_eq!(files(dir.path()), ["slicestack.png"]);
+    let file = std::io::BufReader::new(fs::File::open(dir.path().join("slicestack.png")).unwrap());
+    let mut reader = png::Decoder::new(file).read_info().unwrap();
+    assert_eq!((reader.info().width, reader.info().height), (16, 12));
+    let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+    reader.next_frame(&mut pixels).unwrap();
+    assert!(pixels.chunks(4).any(|p| p[3] > 0), "something is to be seen");
+}
+
+#[test]
+fn formats_go_by_name_and_by_flag() {
+    let dir = dir();
+    for (args, magic) in [
+        (&["-o", "a.npy"][..], &b"\x93NUMPY"[..]),
+        (&["-o", "a.exr"], b"\x76\x2f\x31\x01"),
+        (&["-o", "a.png", "--depth", "16"], b"\x89PNG"),
+        (&["-o", "a.dat", "--format", "npy"], b"\x93NUMPY"),
+    ] {
+        let out = run(dir.path(), &small(args));
+        assert!(out.status.success(), "{args:?}: {}", text(&out.stderr));
+        assert!(fs::read(dir.path().join(args[1])).unwrap().starts_with(magic), "{args:?}");
+    }
+    let npy = fs::read(dir.path().join("a.npy")).unwrap();
+    assert_eq!(npy.len(), 128 + 16 * 12 * 16);
+    assert_eq!(run(dir.path(), &small(&["-o", "-", "--format", "npy"])).stdout, npy);
+    assert!(run(dir.path(), &small(&["-o", "-"])).stdout.starts_with(b"\x89PNG"));
+}
+
+#[test]
+fn statistics_say_what_the_picture_cost() {
+    let dir = dir();
+    let out = run(dir.path(), &small(&["--stats", "-", "--repeat", "2", "--threads", "1", "--simd", "scalar", "--tile", "8", "--explain"]));
+    assert!(out.status.success(), "{}", text(&out.stderr));
+    let stats: Value = serde_json::from_slice(&out.stdout).unwrap();
+    for key in ["load", "prepare", "render"] {
+        assert!(stats["seconds"][key].as_f64().unwrap() >= 0.0, "{key}");
+    }
+    assert_eq!((stats["slices"].as_u64(), stats["threads"].as_u64(), stats["simd"].as_str()), (Some(16), Some(1), Some("scalar")));
+    assert!(stats["fragments"].as_u64().unwrap() > 0 && stats["fetches"].as_u64().unwrap() > 0);
+    assert_eq!(stats["sha256"].as_str().unwrap().len(), 64);
+    assert_eq!(stats["warnings"], Value::Array(vec![]));
+    let left_out = stats["left_out"].as_array().unwrap();
+    assert!(left_out.iter().any(|l| l["stage"] == "fog" && !l["why"].as_str().unwrap().is_empty()));
+    // The table for people goes to the other stream and holds the same stages.
+    let table = text(&out.stderr);
+    assert!(left_out.iter().all(|l| table.contains(l["stage"].as_str().unwrap())), "{table}");
+    // How it was run changes no byte.
+    let other = run(dir.path(), &small(&["--stats", "s.json", "--threads", "3"]));
+    assert!(other.status.success() && other.stdout.is_empty());
+    let again: Value = serde_json::from_slice(&fs::read(dir.path().join("s.json")).unwrap()).unwrap();
+    assert_eq!(again["sha256"], stats["sha256"]);
+}
+
+#[test]
+fn scene_files_and_flags_make_one_scene() {
+    let dir = dir();
+    raw_volume(dir.path());
+    fs::create_dir(dir.path().join("sub")).unwrap();
+    let toml =
+        "[volume]\npath = \"../v.raw\"\ndimensions = [4, 5, 6]\ntype = \"u8\"\n[image]\nwidth = 9\nheight = 7\n[camera]\nazimuth = 10\n";
+    let json = r#"{"volume": {"path": "../v.raw", "dimensions": [4, 5, 6], "type": "u8"},
+        "image": {"width": 9, "height": 7}, "camera": {"azimuth": 10}}"#;
+    fs::write(dir.path().join("sub/s.toml"), toml).unwrap();
+    fs::write(dir.path().join("sub/s.json"), json).unwrap();
+    let picture = |args: &[&str]| {
+        let out = run(dir.path(), &[&["render", "-o", "-", "--format", "npy"], args].concat());
+        assert!(out.status.success(), "{args:?}: {}", text(&out.stderr));
+        out.stdout
+    };
+    let from_toml = picture(&["sub/s.toml"]);
+    assert_eq!(picture(&["sub/s.json"]), from_toml);
+    let flags = [&RAW[..], &["--image.width", "9", "--image.height", "7", "--camera.azimuth", "10"]].concat();
+    assert_eq!(picture(&flags), from_toml);
+    let turned = picture(&["sub/s.toml", "--azimuth", "-80"]);
+    assert!(turned.len() == from_toml.len() && turned != from_toml);
+    let cut = picture(&["sub/s.toml", "--clip", "1,0,0,2", "--clip", "0,1,0,1"]);
+    assert_ne!(cut, from_toml);
+    assert_ne!(picture(&["sub/s.toml", "--background", "#102030"]), from_toml);
+}
+
+#[test]
+fn warnings_are_lines_on_stderr() {
+    let dir = dir();
+    raw_volume(dir.path());
+    let out = run(dir.path(), &[&["render"], &RAW[..], &["--size", "4x4", "--preset", "ct-bone", "--stats", "-"]].concat());
+    assert!(out.status.success());
+    let lines = text(&out.stderr);
+    assert!(lines.lines().all(|l| l.starts_with("warning: ")) && lines.contains("ct-bone needs Hounsfield units"), "{lines}");
+    let stats: Value = serde_json::from_slice(&out.stdout).unwrap();
+    assert_eq!(stats["warnings"].as_array().unwrap().len(), lines.lines().count());
+}
+
+#[test]
+fn wrong_usage_ends_with_2() {
+    let dir = dir();
+    for (args, want) in [
+        (&["frobnicate"][..], "unrecognized subcommand 'frobnicate'"),
+        (&["render", "--foo"], "unexpected argument '--foo'"),
+        (&["render", "a", "b"], "unexpected argument 'b'"),
+        (&["render", "-o", "a.jpg"], "a.jpg: unknown picture extension \"jpg\""),
+        (&["render", "-o", "a"], "a: unknown picture extension \"\""),
+        (&["render", "-o", "a.npy", "--depth", "16"], "--depth 16 is for PNG"),
+        (&["render", "--depth", "12"], "invalid value '12'"),
+        (&["render", "--size", "12"], "--size 12: write WIDTHxHEIGHT"),
+        (&["render", "--size=-1x3"], "--size -1x3: write"),
+        (&["render", "--background", "pink"], "--background pink"),
+        (&["render", "--background", "#12345"], "--background #12345"),
+        (&["render", "--background", "0,0,0,2"], "image background 2: outside [0,1]"),
+        (&["render", "--repeat", "0"], "invalid value '0'"),
+        (&["render", "--threads", "0"], "invalid value '0'"),
+        (&["render", "--tile", "0"], "invalid value '0'"),
+        (&["render", "--simd", "mmx"], "--simd mmx: this machine has auto, scalar"),
+        (&["render", "-o", "-", "--stats", "-"], "cannot both go to stdout"),
+        (&["render", "--count", "0"], "slices count 0: must lie between"),
+        (&["render", "--camera.zoom", "x"], "--camera.zoom: cannot read \"x\""),
+        (&["render", "--fog.mode", "smog"], "invalid value 'smog'"),
+        (&["render", "--preset", "bone"], "unknown \"bone\"; the nearest known one is"),
+        (&["render", "--render.profile", "opengl"], "not offered yet"),
+        (&["info"], "required arguments"),
+        (&["completions", "cmd"], "invalid value 'cmd'"),
+    ] {
+        let line = refused(dir.path(), args, 2);
+        assert!(line.contains(want), "{args:?}: {line}");
+    }
+    let bare = run(dir.path(), &[]);
+    assert_eq!(bare.status.code(), Some(2));
+    assert!(text(&bare.stderr).contains("Examples:"));
+}
+
+#[test]
+fn failures_end_with_1_name_the_file_and_leave_nothing() {
+    let dir = dir();
+    raw_volume(dir.path());
+    let write = |name: &str, bytes: &[u8]| fs::write(dir.path().join(name), bytes).unwrap();
+    write("empty.nrrd", b"");
+    write("text.nii", b"this is no volume at all");
+    write("bad.toml", b"[volume]\npath = \"v.raw\"\n[camera]\nazimut = 3\n");
+    write("broken.toml", b"[volume\n");
+    write("none.toml", b"[image]\nwidth = 3\n");
+    write("binary.toml", b"\xff\xfe\x00");
+    write("lost.toml", b"[volume]\npath = \"lost.raw\"\n");
+    fs::create_dir(dir.path().join("d.png")).unwrap();
+    for (args, want) in [
+        (&["render", "nothing.nrrd"][..], "nothing.nrrd: "),
+        (&["render", "nothing.toml"], "nothing.toml: "),
+        (&["render", "empty.nrrd"], "empty.nrrd: "),
+        (&["render", "text.nii"], "text.nii: "),
+        (&["render", "bad.toml"], "bad.toml: line 4: camera.azimut: unknown key; the nearest known one is camera.azimuth"),
+        (&["render", "broken.toml"], "broken.toml: line 1: "),
+        (&["render", "none.toml"], "none.toml: volume: give volume.path"),
+        (&["render", "binary.toml"], "binary.toml: not a scene"),
+        (&["render", "lost.toml"], "lost.raw: "),
+        (&["render", "v.raw", "--volume.dimensions", "40,50,60", "--volume.type", "u8"], "v.raw: "),
+        (&["render", "-o", "no/such/a.png"], "no/such/a.png: there is no directory no/such"),
+        (&["render", "-o", "d.png"], "d.png: is a directory"),
+        (&["render", "--stats", "no/such/s.json"], "no/such/s.json: there is no directory"),
+        (&["info", "nothing.nrrd"], "nothing.nrrd: "),
+        (&["info", "text.nii"], "text.nii: "),
+    ] {
+        let line = refused(dir.path(), args, 1);
+        assert!(line.contains(want), "{args:?}: {line}");
+        assert!(line.matches("os error").count() <= 1, "told twice: {line}");
+    }
+}
+
+#[test]
+fn info_tells_what_a_file_is() {
+    let dir = dir();
+    raw_volume(dir.path());
+    let args = [&["info"], &RAW[..], &["--volume.spacing", "1,1,2", "--volume.intercept", "-10"]].concat();
+    let told = text(&run(dir.path(), &args).stdout);
+    for want in ["4 x 5 x 6 = 120 voxels", "u8", "1 1 2", "-10 to 228, mean 109", "(-0.5 -0.5 -1) to (3.5 4.5 11)", "grey-ramp"] {
+        assert!(told.contains(want), "{want} in\n{told}");
+    }
+    let json: Value = serde_json::from_slice(&run(dir.path(), &[&args[..], &["--json"]].concat()).stdout).unwrap();
+    assert_eq!(json["dimensions"], serde_json::json!([4, 5, 6]));
+    assert_eq!(json["histogram"].as_array().unwrap().iter().map(|n| n.as_u64().unwrap()).sum::<u64>(), 120);
+    assert!(json["presets"].as_array().unwrap().iter().any(|p| p == "grey-ramp"));
+    assert!(json["rejected"].as_array().unwrap().iter().any(|p| p["preset"] == "ct-bone"));
+}
+
+#[test]
+fn help_teaches_every_key() {
+    let dir = dir();
+    let long = text(&run(dir.path(), &["render", "--help"]).stdout);
+    let schema: Value = serde_json::from_slice(&run(dir.path(), &["schema"]).stdout).unwrap();
+    let mut keys = 0;
+    for (section, inner) in schema["properties"].as_object().unwrap() {
+        for key in inner["properties"].as_object().into_iter().flat_map(|p| p.keys()) {
+            assert!(long.contains(&format!("--{section}.{key} ")), "--{section}.{key}");
+            keys += 1;
+        }
+    }
+    assert!(keys > 40 && long.contains("--clip ") && long.contains("Examples:"));
+    let short = run(dir.path(), &["render", "-h"]);
+    assert!(short.status.success() && !text(&short.stdout).contains("--camera.azimuth <"));
+    assert!(text(&run(dir.path(), &["--version"]).stdout).starts_with("slicestack "));
+}
+
+#[test]
+fn the_schema_is_one_and_lists_choices() {
+    let schema: Value = serde_json::from_slice(&run(dir().path(), &["schema"]).stdout).unwrap();
+    assert_eq!(schema["$schema"], "https://json-schema.org/draft/2020-12/schema");
+    assert_eq!((schema["type"].as_str(), schema["additionalProperties"].as_bool()), (Some("object"), Some(false)));
+    let words = |section: &str, key: &str| schema["properties"][section]["properties"][key]["enum"].to_string();
+    assert!(words("transfer", "preset").contains("\"ct-bone\""));
+    assert!(words("transfer", "colormap").contains("\"viridis\""));
+    assert!(words("volume", "phantom").contains("\"marschner-lobb\""));
+    assert!(!schema.to_string().contains("$ref"));
+}
+
+#[test]
+fn completions_and_lists_are_printed() {
+    let dir = dir();
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let script = text(&run(dir.path(), &["completions", shell]).stdout);
+        assert!(script.contains("slicestack") && script.contains("camera.azimuth"), "{shell}");
+    }
+    let list = text(&run(dir.path(), &["presets"]).stdout);
+    assert!(list.contains("mr-brain") && list.contains("coolwarm") && !list.contains('\x1b'));
+}
