@@ -25,6 +25,7 @@ struct Side {
 pub(crate) struct Beams<'s> {
     stack: &'s Stack,
     sides: Vec<Side>,
+    radial: bool,
 }
 
 /// Slices that matter to a block.
@@ -38,8 +39,13 @@ pub(crate) struct BlockRange {
     pub(crate) fragments: u64,
 }
 
+impl BlockRange {
+    const NONE: Self = Self { any: (1, 0), whole: (1, 0), fragments: 0 };
+}
+
 impl<'s> Beams<'s> {
-    pub(crate) fn new(stack: &'s Stack) -> Self {
+    /// Prepares `stack`; `radial` asks for the distances that radial fog needs.
+    pub(crate) fn new(stack: &'s Stack, radial: bool) -> Self {
         let (w, h) = (f64::from(stack.view.width), f64::from(stack.view.height));
         let far = stack.far.abs().max(stack.near.abs());
         let sides = stack
@@ -51,26 +57,29 @@ impl<'s> Beams<'s> {
                 Side { a: s.a, b: s.b, c: s.c, g: s.g, error: size * 1e-14 }
             })
             .collect();
-        Self { stack, sides }
+        Self { stack, sides, radial }
     }
 
     /// Fills `pixels` for the block whose first pixel is (x0,y0). `inside(i)` tells which lanes belong to the picture and tile.
     pub(crate) fn block(&self, x0: u32, y0: u32, inside: impl Fn(usize) -> bool, pixels: &mut PixelBlock) -> BlockRange {
         let stack = self.stack;
         let count = stack.count as i64;
+        let (x0, y0) = (f64::from(x0) + 0.5, f64::from(y0) + 0.5);
         pixels.doubt = 0;
+        let Some(crossings) = self.crossings(x0, y0) else {
+            return BlockRange::NONE;
+        };
+        self.plane(x0, y0, pixels);
         let mut any = (i64::MAX, i64::MIN);
         let mut whole = (i64::MIN, i64::MAX);
         let mut fragments = 0;
         for i in 0..BATCH {
-            let (x, y) = (f64::from(x0) + (i % SIDE) as f64 + 0.5, f64::from(y0) + (i / SIDE) as f64 + 0.5);
-            let (px, py) = stack.view.plane(x, y);
-            if stack.perspective {
-                pixels.slant[i] = (1.0 + (px * px + py * py)).sqrt() as f32;
-            } else {
-                pixels.plane_squared[i] = (px * px + py * py) as f32;
-            }
-            let ray = if inside(i) { self.ray(x, y) } else { Ray::MISS };
+            let (x, y) = (x0 + (i % SIDE) as f64, y0 + (i / SIDE) as f64);
+            let ray = match &crossings {
+                _ if !inside(i) => Ray::MISS,
+                Crossings::Clear { entry, exit, error } => self.between(entry[i], exit[i], *error, x, y, false),
+                Crossings::Doubtful => self.ray(x, y),
+            };
             let (first, last) = (ray.first.max(0), ray.last.min(count - 1));
             if first > last {
                 (pixels.first[i], pixels.last[i]) = (1, 0);
@@ -98,6 +107,95 @@ impl<'s> Beams<'s> {
         BlockRange { any, whole, fragments }
     }
 
+    /// Lengths of the block's rays per unit of depth, or squared distances from the picture's middle, where a stage wants them.
+    fn plane(&self, x0: f64, y0: f64, pixels: &mut PixelBlock) {
+        let view = &self.stack.view;
+        if !(self.stack.perspective || self.radial) {
+            return;
+        }
+        for i in 0..BATCH {
+            let (px, py) = view.plane(x0 + (i % SIDE) as f64, y0 + (i / SIDE) as f64);
+            if self.stack.perspective {
+                pixels.slant[i] = (1.0 + (px * px + py * py)).sqrt() as f32;
+            } else {
+                pixels.plane_squared[i] = (px * px + py * py) as f32;
+            }
+        }
+    }
+
+    /// Entries and exits of all rays of a block at once; `None` when they all miss.
+    ///
+    /// Sides that no ray of the block runs along are crossed at a depth that can be trusted; a block with another side among
+    /// them is left to [`Beams::ray`], ray by ray.
+    fn crossings(&self, x0: f64, y0: f64) -> Option<Crossings> {
+        let stack = self.stack;
+        let (near, far, spacing) = (stack.near, stack.far, stack.spacing);
+        let reach = (SIDE - 1) as f64;
+        let mut entry = [-0.5; BATCH];
+        let mut exit = [stack.count as f64 - 0.5; BATCH];
+        let mut error: f64 = 1e-9;
+        // Latest of the sides' earliest entries in the block, earliest of their latest exits.
+        let (mut latest, mut earliest) = (-0.5, stack.count as f64 - 0.5);
+        for s in &self.sides {
+            let first = s.b * x0 + s.c * y0;
+            let (least, most) = (
+                first + f64::min(0.0, s.b * reach) + f64::min(0.0, s.c * reach),
+                first + f64::max(0.0, s.b * reach) + f64::max(0.0, s.c * reach),
+            );
+            if stack.perspective {
+                let (low, high) = (s.g + least, s.g + most);
+                let (f0, f1) = (s.a + near * low, s.a + far * low);
+                let (g0, g1) = (s.a + near * high, s.a + far * high);
+                if f0.min(f1).min(g0).min(g1) > s.error {
+                    continue;
+                }
+                if f0.max(f1).max(g0).max(g1) < -s.error {
+                    return None;
+                }
+                if low * high <= 0.0 || low.abs().min(high.abs()) * spacing < 8.0 * s.error {
+                    return Some(Crossings::Doubtful);
+                }
+                error = error.max(s.error / (low.abs().min(high.abs()) * spacing));
+                let depth_to_slice = 1.0 / spacing;
+                let at = |slope: f64| (-s.a / slope - near) * depth_to_slice - 0.5;
+                let (p, q) = (at(low), at(high));
+                if low > 0.0 {
+                    latest = f64::max(latest, p.min(q));
+                    each(&mut entry, first, s.b, s.c, |plane, old| greater(at(s.g + plane), old));
+                } else {
+                    earliest = f64::min(earliest, p.max(q));
+                    each(&mut exit, first, s.b, s.c, |plane, old| lesser(at(s.g + plane), old));
+                }
+            } else {
+                let (low, high) = (s.a + least, s.a + most);
+                let (rise0, rise1) = (s.g * near, s.g * far);
+                if low + rise0.min(rise1) > s.error {
+                    continue;
+                }
+                if high + rise0.max(rise1) < -s.error {
+                    return None;
+                }
+                let step = s.g * spacing;
+                if step.abs() < 8.0 * s.error {
+                    return Some(Crossings::Doubtful);
+                }
+                error = error.max(s.error / step.abs());
+                let per_step = -1.0 / step;
+                let base = (s.a + rise0) * per_step - 0.5;
+                let at = |plane: f64| base + plane * per_step;
+                let (p, q) = (at(least), at(most));
+                if step > 0.0 {
+                    latest = f64::max(latest, p.min(q));
+                    each(&mut entry, first, s.b, s.c, |plane, old| greater(at(plane), old));
+                } else {
+                    earliest = f64::min(earliest, p.max(q));
+                    each(&mut exit, first, s.b, s.c, |plane, old| lesser(at(plane), old));
+                }
+            }
+        }
+        (latest <= earliest + error).then_some(Crossings::Clear { entry, exit, error })
+    }
+
     /// Entry, exit and covering slices of the ray through window position (x,y).
     fn ray(&self, x: f64, y: f64) -> Ray {
         let stack = self.stack;
@@ -123,7 +221,8 @@ impl<'s> Beams<'s> {
                 doubt = true;
                 continue;
             }
-            let at = -f0 / step - 0.5;
+            // Beyond the stack it does not matter how far.
+            let at = (-f0 / step - 0.5).clamp(-1.0, stack.count as f64);
             error = error.max(s.error / step.abs());
             if step > 0.0 {
                 entry = f64::max(entry, at);
@@ -131,26 +230,55 @@ impl<'s> Beams<'s> {
                 exit = f64::min(exit, at);
             }
         }
-        let covers = |k: f64| k >= 0.0 && k < stack.count as f64 && stack.covers(k as u64, x, y);
-        // The nearest whole slices inside [entry, exit], those within rounding of an end by their edge functions.
-        let close = libm::rint(entry);
-        let first = if (entry - close).abs() > error {
-            libm::ceil(entry)
-        } else if covers(close) {
-            close
-        } else {
-            close + 1.0
-        };
-        let close = libm::rint(exit);
-        let last = if (exit - close).abs() > error {
-            libm::floor(exit)
-        } else if covers(close) {
-            close
-        } else {
-            close - 1.0
-        };
-        Ray { entry, exit, first: first as i64, last: last as i64, doubt }
+        self.between(entry, exit, error, x, y, doubt)
     }
+
+    /// The slices between `entry` and `exit`; those within `error` of an end by their edge functions at (x,y).
+    #[inline]
+    fn between(&self, entry: f64, exit: f64, error: f64, x: f64, y: f64, doubt: bool) -> Ray {
+        let count = self.stack.count as f64;
+        let covers = |k: i64| k >= 0 && (k as f64) < count && self.stack.covers(k as u64, x, y);
+        if !(entry <= exit + error) {
+            return Ray::MISS;
+        }
+        // Both ends lie within -1/2 and the count; truncation after a shift rounds without a library call.
+        let close = (entry + 1.5) as i64 - 1;
+        let first =
+            if (entry - close as f64).abs() > error { close + i64::from(entry > close as f64) } else { close + i64::from(!covers(close)) };
+        let close = (exit + 1.5) as i64 - 1;
+        let last =
+            if (exit - close as f64).abs() > error { close - i64::from(exit < close as f64) } else { close - i64::from(!covers(close)) };
+        Ray { entry, exit, first, last, doubt }
+    }
+}
+
+/// Applies `pick(plane, old)` to a block's values, where `plane` is first + b column + c row.
+#[inline(always)]
+fn each(values: &mut [f64; BATCH], first: f64, b: f64, c: f64, pick: impl Fn(f64, f64) -> f64) {
+    for (row, values) in values.chunks_exact_mut(SIDE).enumerate() {
+        let start = first + c * row as f64;
+        for (column, value) in values.iter_mut().enumerate() {
+            *value = pick(start + b * column as f64, *value);
+        }
+    }
+}
+
+#[inline(always)]
+fn greater(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+#[inline(always)]
+fn lesser(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+/// Where the rays of a block enter and leave, in slices.
+enum Crossings {
+    /// Every crossing is known to within `error`.
+    Clear { entry: [f64; BATCH], exit: [f64; BATCH], error: f64 },
+    /// Some ray runs along a side.
+    Doubtful,
 }
 
 /// One ray, in slices.

@@ -5,6 +5,7 @@ use super::block::{self, Counters, Work};
 use super::resolve::Resolve;
 use crate::fragment::Batch;
 use crate::fragment::batch::SIDE;
+use crate::scene::FogDistance;
 use crate::settings::Progress;
 use crate::{Error, Result};
 use rayon::prelude::*;
@@ -65,7 +66,7 @@ pub(crate) fn render_tiles(
     sample: Option<Sample>,
     progress: Option<&dyn Progress>,
 ) -> Result<Counters> {
-    let beams = Beams::new(work.stack);
+    let beams = Beams::new(work.stack, work.fog.is_some_and(|f| f.distance() == FogDistance::Radial));
     let mut tiles = cut(pixels, work.stack.view.width as usize, side as usize);
     let (total, done, stopped) = (tiles.len() as u64, AtomicU64::new(0), AtomicBool::new(false));
     let counters = tiles
