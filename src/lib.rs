@@ -1,4 +1,67 @@
-//! Volume rendering by texture slicing on the CPU alone.
+//! Volume rendering by texture slicing, on the CPU alone: no GPU, no display, the same bytes on every machine.
+//!
+//! A stack of planes cuts the box of a volume; each plane leaves fragments on the screen; each fragment looks up a value, turns
+//! it into colour and opacity, and is blended over what is behind it.
+//!
+//! ```text
+//!  file or formula                 what to picture                 how to run it
+//!      Volume                          Scene                          Settings
+//!        |                               |                               |
+//!        +---------------+---------------+-------------------------------+
+//!                        |
+//!                     Renderer       kept between pictures: bricks (min, max), tables
+//!                        |
+//!                      plan          which slices, which stages; what is left out, and why
+//!                        |
+//!                      proxy         planes of constant depth x box x clip planes
+//!                        |
+//!                      raster        tiles in parallel > blocks of 8 x 8 pixels > slices
+//!                        |
+//!                     fragment       span > texture coordinates > fetch > classify > fog > blend, 64 at a time
+//!                        |
+//!                     Picture        premultiplied RGBA in f32 > PNG, NumPy, OpenEXR
+//! ```
+//!
+//! # A picture in five lines
+//!
+//! ```
+//! # fn main() -> slicestack::Result<()> {
+//! use slicestack::volume::phantom::Phantom;
+//! use slicestack::{Scene, render};
+//!
+//! let volume = Phantom::SheppLogan.volume(32)?; // or Volume::open("head.nrrd")?
+//! let scene = Scene::new(Phantom::SheppLogan.default_transfer()).with_size(64, 64)?;
+//! let picture = render(&volume, &scene)?; // picture.save("head.png", Depth::Eight)? writes it
+//! assert_eq!(picture.pixel(0, 0), [0.0; 4]); // beside the head: nothing
+//! assert!(picture.pixel(32, 32)[3] > 0.1); // through it: something
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # Where things are
+//!
+//! | to | look at |
+//! |---|---|
+//! | read or make a volume | [`Volume::open`], [`volume::io`], [`volume::phantom`], [`Volume::new`] |
+//! | say what to picture | [`Scene`], [`scene::Camera`], [`scene::TransferFunction`], [`scene::Preset`], [`scene::Fog`], [`scene::ClipPlane`], [`scene::Blend`] |
+//! | read a scene file | [`scene::SceneFile`] |
+//! | make one picture, or many of one volume | [`render`], [`Renderer`] |
+//! | bound memory, count threads, hear of progress | [`Settings`] |
+//! | write a picture | [`Picture::save`](target::Picture::save), [`target::Format`] |
+//! | know the truth without slices | [`reference`](mod@reference) |
+//!
+//! # Promises
+//!
+//! - One scene gives the same bytes for any number of threads, any tile size, any vector level, any machine: [`Settings`] never
+//!   change a pixel.
+//! - Values keep the file's scale (Hounsfield units stay Hounsfield units) and axes the file's directions.
+//! - Opacities belong to a length, not to a slice: more slices make a picture more exact, not more opaque.
+//! - Input that is wrong gives an [`Error`] of one line that names the file and the number at fault.
+//!
+//! # Features
+//!
+//! All are on by default: `cli` (the command), `scene-file` (TOML and JSON scenes), `formats` (readers), `encoders` (writers).
+//! `default-features = false` leaves the renderer, its scenes and the built-in volumes.
 
 mod error;
 mod fragment;

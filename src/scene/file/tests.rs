@@ -3,6 +3,7 @@
 use super::*;
 use crate::scene::{Blend, Fog, FogDistance, FogMode, FogWeighting, Order, Placement, Projection, Slicing};
 use crate::volume::io::Endian;
+use crate::volume::phantom::Phantom;
 use crate::volume::{BoxConvention, Grid, Modality, Origin, VoxelType, Voxels};
 use glam::DVec3;
 
@@ -159,6 +160,11 @@ fn transfer_functions_come_in_four_ways() {
     assert_eq!((both.transfer().eval(50.0).alpha, both.opacity_unit()), (0.5, None));
     let opacity = scene("[transfer]\nopacity = [[0, 0], [100, 1]]\n");
     assert_eq!(opacity.transfer().eval(25.0).alpha, 0.25);
+    // A built-in volume brings its own, unless its values are changed.
+    let own = scene("");
+    assert_eq!((own.transfer(), own.opacity_unit()), (&Phantom::MarschnerLobb.default_transfer(), Some(1.0)));
+    let changed = parse("[volume]\nphantom = \"marschner-lobb\"\nslope = 100\n").and_then(|f| f.to_scene(&volume())).expect("scene").0;
+    assert_ne!(changed.transfer(), own.transfer());
 }
 
 #[test]

@@ -1,0 +1,151 @@
+//! The examples run, every scene file beside them makes a picture, and the README says what the code does.
+//!
+//! Scenes about files outside the package run where those files are; elsewhere the test says so, and fails in continuous
+//! integration (`$CI` is set).
+
+#![cfg(feature = "cli")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
+
+use slicestack::scene::{Overrides, SceneFile};
+use slicestack::target::Depth;
+use slicestack::volume::phantom::Phantom;
+use slicestack::volume::{Origin, VolumeSource};
+use slicestack::{Limits, render};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+// The examples' own files: what is tested is what the reader sees.
+macro_rules! examples {
+    ($($name:ident $path:literal),*) => {
+        $(
+            #[path = $path]
+            #[allow(dead_code, reason = "an example's main is not called here")]
+            mod $name;
+        )*
+    };
+}
+examples!(first "../examples/first.rs", fog "../examples/fog.rs", scene_file "../examples/scene_file.rs");
+examples!(transfer_function "../examples/transfer_function.rs", turntable "../examples/turntable.rs");
+
+fn package() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The pixels of a PNG that an example wrote: width, height, straight RGBA.
+fn pixels(path: &Path) -> (u32, u32, Vec<u8>) {
+    let mut reader = png::Decoder::new(std::io::BufReader::new(fs::File::open(path).unwrap())).read_info().unwrap();
+    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut bytes).unwrap();
+    (info.width, info.height, bytes)
+}
+
+/// Share of pixels that differ from the first.
+fn drawn(pixels: &[u8]) -> f64 {
+    pixels.chunks(4).filter(|p| *p != &pixels[..4]).count() as f64 / (pixels.len() / 4) as f64
+}
+
+#[test]
+fn examples_make_their_pictures() {
+    let dir = tempfile::tempdir().unwrap();
+    let at = |name: &str| dir.path().join(name);
+
+    first::run(&at("first.png")).unwrap();
+    let (width, height, first) = pixels(&at("first.png"));
+    assert_eq!((width, height), (512, 512));
+    assert!(drawn(&first) > 0.1);
+
+    transfer_function::run(&at("shells.png"), &Phantom::Hydrogen.volume(32).unwrap()).unwrap();
+    assert!(drawn(&pixels(&at("shells.png")).2) > 0.1);
+
+    scene_file::run(&at("scene.png"), None).unwrap();
+    assert_eq!(pixels(&at("scene.png")).0, 320);
+
+    fog::run(dir.path()).unwrap();
+    let fogs = ["none", "linear", "exp", "exp2"].map(|mode| pixels(&at(&format!("fog-{mode}.png"))).2);
+    for i in 0..fogs.len() {
+        assert!(drawn(&fogs[i]) > 0.1);
+        assert!(fogs[i + 1..].iter().all(|other| *other != fogs[i]), "two fogs look the same");
+    }
+
+    turntable::run(dir.path(), 3).unwrap();
+    let frames: Vec<_> = (0..3).map(|i| pixels(&at(&format!("frame-{i:03}.png"))).2).collect();
+    assert!(frames[0] != frames[1] && frames[1] != frames[2]);
+    assert!(!at("frame-003.png").exists());
+}
+
+/// Paths of the scene files, sorted.
+fn scene_files() -> Vec<PathBuf> {
+    let mut paths: Vec<_> = fs::read_dir(package().join("examples/scenes")).unwrap().map(|e| e.unwrap().path()).collect();
+    paths.sort();
+    assert!(paths.len() >= 10);
+    paths
+}
+
+/// Where the file of a scene's volume is, with `$SLICESTACK_DATA` in place of the folder that scene files name.
+fn located(source: &VolumeSource) -> VolumeSource {
+    let mut source = source.clone();
+    if let (Origin::File(path) | Origin::Raw(path, _), Some(root)) = (&mut source.origin, std::env::var_os("SLICESTACK_DATA")) {
+        let inside: PathBuf = path.components().rev().take(2).collect::<Vec<_>>().into_iter().rev().collect();
+        *path = Path::new(&root).join(inside);
+    }
+    source
+}
+
+#[test]
+fn every_scene_file_makes_a_picture() {
+    let mut small = Overrides::default();
+    small.set("image.width", "72");
+    small.set("image.height", "60");
+    for path in scene_files() {
+        let name = path.display();
+        let file = SceneFile::read(&path, &small).unwrap();
+        let source = located(file.volume());
+        if let Origin::File(data) | Origin::Raw(data, _) = &source.origin {
+            if !data.is_file() {
+                eprintln!("data absent: {}", data.display());
+                assert!(std::env::var_os("CI").is_none(), "data absent: {}", data.display());
+                continue;
+            }
+        }
+        let volume = source.load(&Limits::default()).unwrap();
+        let (scene, warnings) = file.to_scene(&volume).unwrap();
+        assert!(warnings.is_empty(), "{name}: {warnings:?}");
+        let picture = render(&volume, &scene).unwrap();
+        let share = drawn(&picture.to_rgba8());
+        assert!(share > 0.1, "{name}: only {share} of the picture shows anything");
+        assert!(picture.encode(slicestack::target::Format::Png, Depth::Eight).unwrap().len() > 1000, "{name}");
+    }
+}
+
+#[test]
+fn every_scene_file_has_its_place_in_the_gallery() {
+    let readme = fs::read_to_string(package().join("README.md")).unwrap();
+    for path in scene_files() {
+        let name = path.file_stem().unwrap().to_str().unwrap().to_owned();
+        let text = fs::read_to_string(&path).unwrap();
+        let command = format!("slicestack render examples/scenes/{name}.toml -o docs/gallery/{name}.png");
+        assert!(text.lines().nth(1) == Some(&format!("# {command}")), "{name}: the second line is not the command");
+        let (width, height, _) = pixels(&package().join(format!("docs/gallery/{name}.png")));
+        assert!(width <= 512 && height <= 512, "{name}: {width} x {height}");
+        assert!(readme.contains(&format!("docs/gallery/{name}.png")), "{name} is not in README.md");
+        assert!(fs::metadata(package().join(format!("docs/gallery/{name}.png"))).unwrap().len() < 150 << 10, "{name}");
+    }
+}
+
+/// The lines between the fences of `text`'s first block after `heading`, without what rustdoc hides.
+fn block<'t>(text: &'t str, heading: &str, fence: &str) -> Vec<&'t str> {
+    let after = text.split_once(heading).unwrap().1;
+    let lines = after.lines().skip_while(|l| *l != fence).skip(1).take_while(|l| *l != "```");
+    lines.filter(|l| !l.starts_with("# ")).collect()
+}
+
+#[test]
+fn readme_and_crate_docs_show_the_same_five_lines() {
+    let readme = fs::read_to_string(package().join("README.md")).unwrap();
+    let source = fs::read_to_string(package().join("src/lib.rs")).unwrap();
+    let docs: Vec<&str> = source.lines().filter_map(|l| l.strip_prefix("//!")).map(|l| l.strip_prefix(' ').unwrap_or(l)).collect();
+    let documented = docs.join("\n");
+    let shown = block(&readme, "## The library", "```rust");
+    assert!(shown.len() >= 5);
+    assert_eq!(shown, block(&documented, "# A picture in five lines", "```"));
+}
