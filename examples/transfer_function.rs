@@ -10,25 +10,25 @@ use slicestack::volume::phantom::Phantom;
 use slicestack::{Result, Scene, Volume};
 use std::path::{Path, PathBuf};
 
-/// `count` shells spread over the upper part of the volume's values, the inner ones denser.
-fn shells(volume: &Volume, count: usize) -> Result<TransferFunction> {
+/// A shell around each value that a given share of all voxels lies below; the inner ones denser.
+fn shells(volume: &Volume, shares: &[f64]) -> Result<TransferFunction> {
     let statistics = volume.statistics();
-    // The lower part is usually background: begin where half of all voxels lie below.
-    let (low, high) = (statistics.percentile(0.5), statistics.max);
-    let step = (high - low) / count as f64;
-    let mut opacity = vec![(low, 0.0)];
-    for i in 0..count {
-        let middle = low + (i as f64 + 0.5) * step;
-        let peak = 0.08 + 0.5 * i as f64 / count as f64;
-        // A triangle a fifth of a step wide. Points are (value in the data's units, opacity per reference length).
-        opacity.extend([(middle - 0.1 * step, 0.0), (middle, peak), (middle + 0.1 * step, 0.0)]);
+    let mut values: Vec<f64> = shares.iter().map(|&share| statistics.percentile(share)).collect();
+    values.dedup();
+    // Points are (value in the data's units, opacity per reference length). Their values must not fall.
+    let mut opacity = vec![(statistics.min, 0.0)];
+    for (i, near) in values.windows(3).enumerate() {
+        let (below, value, above) = (near[0], near[1], near[2]);
+        let peak = 0.08 + 0.3 * i as f64 / values.len() as f64;
+        opacity.extend([(value - 0.4 * (value - below), 0.0), (value, peak), (value + 0.4 * (above - value), 0.0)]);
     }
     // Colours need no points of their own: a colour map stretched over the same values.
+    let (low, high) = (values[0], values[values.len() - 1]);
     TransferFunction::new(ColorMap::Plasma.spread(low, high), opacity)
 }
 
 pub(crate) fn run(out: &Path, volume: &Volume) -> Result<()> {
-    let transfer = shells(volume, 6)?;
+    let transfer = shells(volume, &[0.6, 0.8, 0.9, 0.96, 0.99, 0.998])?;
     let scene = Scene::new(transfer)
         .with_size(384, 384)?
         // Opacities are meant per hundredth of the box's diagonal here: the picture does not depend on the voxels' size.

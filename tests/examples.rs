@@ -54,7 +54,7 @@ fn examples_make_their_pictures() {
     assert_eq!((width, height), (512, 512));
     assert!(drawn(&first) > 0.1);
 
-    transfer_function::run(&at("shells.png"), &Phantom::Hydrogen.volume(32).unwrap()).unwrap();
+    transfer_function::run(&at("shells.png"), &Phantom::Hydrogen.volume(48).unwrap()).unwrap();
     assert!(drawn(&pixels(&at("shells.png")).2) > 0.1);
 
     scene_file::run(&at("scene.png"), None).unwrap();
