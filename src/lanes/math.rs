@@ -46,7 +46,7 @@ pub(crate) fn exp_negative<L: Lanes>(x: L::F) -> L::F {
     L::keep(alive, L::mul(two_n, e))
 }
 
-/// log1p(-a) for a in [0,1]; a = 1 gives a number below -1e30 that stands for minus infinity.
+/// log1p(-a) for a in `[0,1]`; a = 1 gives a number below -1e30 that stands for minus infinity.
 ///
 /// 1 - a = 2^e (1 + f) with 1 + f in [sqrt(1/2), sqrt(2)); log1p(f) = 2 atanh(f / (2 + f)). Where e = 0, f is -a itself: small
 /// opacities keep their relative accuracy. Error below 3 units in the last place of the result for the rounded 1 - a.
@@ -73,7 +73,7 @@ pub(crate) fn log1p_negated<L: Lanes>(a: L::F) -> L::F {
     L::select(L::lt(L::splat(0.0), y), sum, L::splat(-1e38))
 }
 
-/// The opacity of a slab `ratio` times as thick: 1 - (1 - a)^ratio, for a in [0,1] and ratio > 0.
+/// The opacity of a slab `ratio` times as thick: 1 - (1 - a)^ratio, for a in `[0,1]` and ratio > 0.
 #[inline(always)]
 pub(crate) fn opacity_for_ratio<L: Lanes>(a: L::F, ratio: L::F) -> L::F {
     let exponent = L::mul(log1p_negated::<L>(a), ratio);

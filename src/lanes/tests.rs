@@ -16,7 +16,7 @@ impl Numbers {
         self.0 ^= self.0 << 17;
         self.0
     }
-    /// Uniform in [0,1).
+    /// Uniform in `[0,1)`.
     pub(crate) fn unit(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1u64 << 53) as f64
     }

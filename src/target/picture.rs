@@ -62,7 +62,7 @@ impl Picture {
         self.straight().flat_map(|c| c.map(|x| (x * 65535.0 + 0.5) as u16)).collect()
     }
 
-    /// Straight-alpha components, clamped to [0,1].
+    /// Straight-alpha components, clamped to `[0,1]`.
     fn straight(&self) -> impl Iterator<Item = [f32; 4]> + '_ {
         self.pixels.iter().map(|&[r, g, b, a]| {
             let un = |c: f32| if a > 0.0 { (c / a).clamp(0.0, 1.0) } else { 0.0 };

@@ -5,7 +5,7 @@ use crate::scene::{Camera, ClipPlane, Placement, Projection, Straight, TransferF
 use crate::volume::{BoxConvention, Grid, Voxels};
 use glam::{DMat3, DQuat};
 
-/// Repeatable random numbers in [0,1).
+/// Repeatable random numbers in `[0,1)`.
 struct Random(u64);
 
 impl Random {
