@@ -38,7 +38,7 @@ impl Edge {
 pub struct Vertex {
     /// Window position in pixels, y down.
     pub window: DVec2,
-    /// Texture coordinates (s,t,p) in [0,1] across the box of cells; q is 1.
+    /// Texture coordinates (s,t,p) in `[0,1]` across the box of cells; q is 1.
     pub texture: DVec3,
     /// Index coordinates.
     pub index: DVec3,

@@ -274,6 +274,7 @@ fn lesser(a: f64, b: f64) -> f64 {
 }
 
 /// Where the rays of a block enter and leave, in slices.
+#[allow(clippy::large_enum_variant, reason = "a result that lives on the stack; a box would cost an allocation a block")]
 enum Crossings {
     /// Every crossing is known to within `error`.
     Clear { entry: [f64; BATCH], exit: [f64; BATCH], error: f64 },

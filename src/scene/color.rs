@@ -1,11 +1,11 @@
 //! Colours whose alpha is applied, and colours whose alpha is not: two types that do not mix.
 
-/// A colour as people write it: components in [0,1], alpha beside them, not multiplied in.
+/// A colour as people write it: components in `[0,1]`, alpha beside them, not multiplied in.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Straight {
-    /// Red, green, blue, each in [0,1].
+    /// Red, green, blue, each in `[0,1]`.
     pub rgb: [f64; 3],
-    /// Opacity in [0,1].
+    /// Opacity in `[0,1]`.
     pub alpha: f64,
 }
 
@@ -21,6 +21,6 @@ impl Straight {
 pub struct Premultiplied {
     /// Red, green, blue times alpha.
     pub rgb: [f64; 3],
-    /// Opacity in [0,1].
+    /// Opacity in `[0,1]`.
     pub alpha: f64,
 }

@@ -11,7 +11,7 @@
 /// Entry of 256, then red, green, blue.
 type Point = (u8, [f64; 3]);
 
-/// A named map from [0,1] to colour.
+/// A named map from `[0,1]` to colour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[allow(missing_docs, reason = "the names say it all")]
 pub enum ColorMap {
@@ -78,7 +78,7 @@ impl ColorMap {
         }
     }
 
-    /// The map's control points laid over the values `lo` to `hi`: value, then straight red, green, blue in [0,1], ready for
+    /// The map's control points laid over the values `lo` to `hi`: value, then straight red, green, blue in `[0,1]`, ready for
     /// [`super::TransferFunction::new`]. With `lo` above `hi` the map runs backwards.
     pub fn spread(self, lo: f64, hi: f64) -> Vec<(f64, [f64; 3])> {
         let mut points: Vec<_> = self

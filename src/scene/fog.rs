@@ -47,7 +47,7 @@ pub enum FogWeighting {
 /// Fog of a scene.
 ///
 /// # Guarantees
-/// Numbers are finite, the density is not negative, the colour lies in [0,1].
+/// Numbers are finite, the density is not negative, the colour lies in `[0,1]`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fog {
     mode: FogMode,
@@ -60,7 +60,7 @@ impl Fog {
     /// Fog of `mode` and straight `color`, by planar distance and weighted by alpha.
     ///
     /// # Errors
-    /// [`Error::Invalid`] for a negative or non-finite number, or a colour outside [0,1].
+    /// [`Error::Invalid`] for a negative or non-finite number, or a colour outside `[0,1]`.
     pub fn new(mode: FogMode, color: [f64; 3]) -> Result<Self> {
         match mode {
             FogMode::Linear { start, end } if !(start.is_finite() && end.is_finite()) => {

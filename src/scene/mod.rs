@@ -143,7 +143,7 @@ impl Scene {
     /// The scene over another background.
     ///
     /// # Errors
-    /// [`Error::Invalid`] when a component is outside [0,1].
+    /// [`Error::Invalid`] when a component is outside `[0,1]`.
     pub fn with_background(mut self, background: Straight) -> Result<Self> {
         if let Some(c) = background.rgb.iter().chain([&background.alpha]).find(|c| !(0.0..=1.0).contains(*c)) {
             return Err(Error::invalid(format!("image background {c}: outside [0,1]")));

@@ -9,7 +9,7 @@ use crate::{Error, Result};
 /// right-hand side counts at the value itself.
 ///
 /// # Guarantees
-/// Both lists hold at least one point, values are finite and never fall, colours and opacities lie in [0,1].
+/// Both lists hold at least one point, values are finite and never fall, colours and opacities lie in `[0,1]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TransferFunction {
     color: Vec<(f64, [f64; 3])>,
