@@ -202,9 +202,8 @@ fn lookups_of_pairs_and_of_corners_agree_with_f64() {
                 let at = b.cells.base + b.offset[i] as usize;
                 let corner = |c: usize| voxels.get(at + (c & 1) + (c >> 1 & 1) * DIMS[0] + (c >> 2) * DIMS[0] * DIMS[1]);
                 let w = [b.weight[0][i], b.weight[1][i], b.weight[2][i]].map(f64::from);
-                let want: f64 = (0..8)
-                    .map(|c| corner(c) * (0..3).map(|a| if c >> a & 1 == 1 { w[a] } else { 1.0 - w[a] }).product::<f64>())
-                    .sum();
+                let want: f64 =
+                    (0..8).map(|c| corner(c) * (0..3).map(|a| if c >> a & 1 == 1 { w[a] } else { 1.0 - w[a] }).product::<f64>()).sum();
                 let size = (0..8).map(|c| corner(c).abs()).fold(0.0, f64::max);
                 assert!((f64::from(any[i]) - want).abs() <= 1e-6 * size + 1e-30 || want.is_nan(), "{kind}: {} not {want}", any[i]);
             }

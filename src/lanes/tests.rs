@@ -70,7 +70,10 @@ impl Kernel<Inputs, Outputs> for EveryOperation {
             math::expm1_negative::<L>(L::min(in_range, L::splat(0.0))),
             math::exp_negative::<L>(L::min(in_range, L::splat(0.0))),
             math::log1p_negated::<L>(L::min(L::max(a, L::splat(0.0)), L::splat(1.0))),
-            math::opacity_for_ratio::<L>(L::min(L::max(a, L::splat(0.0)), L::splat(1.0)), L::max(L::min(b, L::splat(50.0)), L::splat(1e-3))),
+            math::opacity_for_ratio::<L>(
+                L::min(L::max(a, L::splat(0.0)), L::splat(1.0)),
+                L::max(L::min(b, L::splat(50.0)), L::splat(1e-3)),
+            ),
         ];
         for f in floats {
             let mut to = [0.0; WIDTH];

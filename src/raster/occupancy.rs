@@ -79,7 +79,8 @@ mod tests {
     #[test]
     fn sums_agree_with_looking_at_every_brick() {
         let dims = [40usize, 25, 33];
-        let values: Vec<u8> = (0..dims.iter().product::<usize>()).map(|i| if i % 5000 == 0 || (i % 40 < 17 && i > 14_000) { 200 } else { 3 }).collect();
+        let values: Vec<u8> =
+            (0..dims.iter().product::<usize>()).map(|i| if i % 5000 == 0 || (i % 40 < 17 && i > 14_000) { 200 } else { 3 }).collect();
         let bricks = Bricks::new(&Voxels::U8(values), dims);
         let visible = |_: f64, hi: f64| hi > 100.0;
         let occupancy = Occupancy::new(&bricks, dims, visible);
