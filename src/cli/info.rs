@@ -61,7 +61,6 @@ fn space(volume: &Volume) -> Option<&'static str> {
         Space::Unknown => None,
         Space::Ras => Some("right-anterior-superior"),
         Space::Lps => Some("left-posterior-superior"),
-        Space::Las => Some("left-anterior-superior"),
     }
 }
 

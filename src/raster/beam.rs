@@ -294,3 +294,6 @@ struct Ray {
 impl Ray {
     const MISS: Self = Self { entry: 0.0, exit: 0.0, first: 1, last: 0, doubt: false };
 }
+
+#[cfg(test)]
+mod tests;

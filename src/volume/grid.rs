@@ -31,8 +31,6 @@ pub enum Space {
     Ras,
     /// x to the subject's left, y to the back (posterior), z up (superior): DICOM, most NRRD and MetaImage files.
     Lps,
-    /// x to the subject's left, y to the front (anterior), z up (superior).
-    Las,
 }
 
 impl Space {
@@ -41,7 +39,7 @@ impl Space {
     /// An unknown space is treated as [`Space::Lps`]: seen from -y, with z upwards.
     pub fn front_and_up(self) -> (DVec3, DVec3) {
         match self {
-            Self::Ras | Self::Las => (DVec3::Y, DVec3::Z),
+            Self::Ras => (DVec3::Y, DVec3::Z),
             Self::Lps | Self::Unknown => (DVec3::NEG_Y, DVec3::Z),
         }
     }

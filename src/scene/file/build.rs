@@ -347,6 +347,12 @@ impl Builder<'_> {
         let located = |r: Result<TransferFunction>| r.map_err(|e| self.places.locate(e));
         let (colors, opacities) = (self.colors(), self.opacities());
         if t.colormap.is_none() && colors.is_none() && opacities.is_none() {
+            // A built-in volume in its own units knows its looks.
+            let v = &self.document.volume;
+            let phantom = v.phantom.as_deref().filter(|_| t.preset.is_none() && v.slope.is_none() && v.intercept.is_none());
+            if let Some(phantom) = phantom.and_then(Phantom::from_name) {
+                return Ok((phantom.default_transfer(), Some(Phantom::opacity_unit(v.size.unwrap_or(PHANTOM_SIZE)))));
+            }
             let preset = match t.preset.as_deref() {
                 Some(name) => {
                     let preset = self.named("transfer.preset", name, &Preset::ALL, Preset::name)?;
