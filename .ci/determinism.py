@@ -5,7 +5,7 @@ usage: determinism.py --full PROGRAM [--full PROGRAM ...] [--brief COMMAND ...] 
   --full   a slicestack that renders every scene with every combination of threads, tile size and vector level
   --brief  a slow one, such as "qemu-aarch64 target/.../slicestack": every scene with every
            vector level it has, on one thread and on three
-Scenes default to scenes/*.toml beside this file. The first --full program's first picture is what the others must match.
+Scenes default to scenes/*.toml beside this file and one of a volume of each voxel type, made here. The first --full program's first picture is what the others must match.
 """
 import argparse
 import ast
@@ -24,6 +24,42 @@ ALWAYS = {"scalar", "wide"}
 THREADS = [1, 2, 3, 8]
 TILES = [8, 13, 16, 64]
 SECONDS = 300
+
+
+# Voxel type, format of Python's struct module, what the formula's 0 to 1000 are multiplied with and shifted by.
+TYPES = [
+    ("u8", "B", 0.25, 0),
+    ("i8", "b", 0.25, -125),
+    ("u16", "H", 60, 1000),
+    ("i16", "h", 3, -1000),
+    ("u32", "I", 4_000_000, 7),
+    ("i32", "i", 4_000_000, -2_000_000_000),
+    ("f32", "f", 1.7e-5, 0.0),
+    ("f64", "d", 1e-30, 1.0e-28),
+]
+TYPED_SCENE = """
+[volume]
+path = "{path}"
+dimensions = [19, 23, 14]
+type = "{kind}"
+spacing = [1.0, 0.75, 1.5]
+
+[camera]
+azimuth = 35.0
+elevation = -20.0
+projection = "{projection}"
+
+[image]
+width = {width}
+height = 45
+
+[transfer]
+color = [[{low}, 0.2, 0.3, 0.9], [{middle}, 0.9, 0.4, 0.2], [{high}, 1.0, 1.0, 0.8]]
+opacity = [[{low}, 0.0], [{middle}, 0.2], [{high}, 0.5]]
+
+[slices]
+{slices}
+"""
 
 
 class Failure(Exception):
@@ -105,6 +141,27 @@ def read_npy(path):
     return pixels
 
 
+def typed_scenes(folder):
+    """Writes a raw volume of every voxel type and a scene of it, half of them with the slices that a tolerance asks for."""
+    centre = [(9, 11, 5), (5, 6, 9), (14, 15, 10)]
+    cells = [(x, y, z) for z in range(14) for y in range(23) for x in range(19)]
+    numbers = [sum(3000 // (3 + sum((a - b) ** 2 for a, b in zip(c, cell))) for c in centre) % 1001 for cell in cells]
+    for i, (kind, letter, gain, bias) in enumerate(TYPES):
+        values = [n * gain + bias for n in numbers]
+        if letter not in "fd":
+            values = [int(v) for v in values]
+        (folder / f"{kind}.raw").write_bytes(struct.pack(f"<{len(values)}{letter}", *values))
+        low, high = float(min(values)), float(max(values))
+        scene = folder / f"{kind}.toml"
+        scene.write_text(
+            TYPED_SCENE.format(
+                path=f"{kind}.raw", kind=kind, low=low, middle=low + (high - low) * 0.3, high=high, width=40 + i,
+                projection="perspective" if i % 2 else "orthographic", slices="tolerance = 0.004" if i % 4 < 2 else "count = 51",
+            )
+        )
+        yield scene
+
+
 def worth_comparing(scene, stats, pixels):
     """A picture in which nothing was drawn would agree with every other one."""
     colours = {pixels[i : i + 16] for i in range(0, len(pixels), 16)}
@@ -121,25 +178,32 @@ def main():
     scenes = args.scene or sorted((pathlib.Path(__file__).resolve().parent / "scenes").glob("*.toml"))
     if not scenes:
         raise Failure("no scenes")
-    programs = [Program(shlex.split(c), False) for c in args.full] + [Program(shlex.split(c), True) for c in args.brief]
-    differences, expected, pictures = [], {}, 0
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
-        for program in programs:
-            program.find_levels(scenes[0], folder)
-        for program in programs:
-            begun = time.monotonic()
-            for scene in scenes:
-                for flags in program.settings():
-                    stats, pixels = program.render(scene, flags, folder)
-                    pictures += 1
-                    if scene not in expected:
-                        worth_comparing(scene, stats, pixels)
-                        expected[scene] = stats["sha256"]
-                        print(f"  {scene.name:22} {stats['sha256']}")
-                    elif stats["sha256"] != expected[scene]:
-                        differences.append(f"{program}: {scene.name} {' '.join(map(str, flags))}: {stats['sha256']}")
-            print(f"  {program}: {time.monotonic() - begun:.0f} s", flush=True)
+        if not args.scene:
+            scenes += typed_scenes(folder)
+        return compare(args, scenes, folder)
+
+
+def compare(args, scenes, folder):
+    """Renders all scenes with all programs in all ways; the exit status."""
+    programs = [Program(shlex.split(c), False) for c in args.full] + [Program(shlex.split(c), True) for c in args.brief]
+    differences, expected, pictures = [], {}, 0
+    for program in programs:
+        program.find_levels(scenes[0], folder)
+    for program in programs:
+        begun = time.monotonic()
+        for scene in scenes:
+            for flags in program.settings():
+                stats, pixels = program.render(scene, flags, folder)
+                pictures += 1
+                if scene not in expected:
+                    worth_comparing(scene, stats, pixels)
+                    expected[scene] = stats["sha256"]
+                    print(f"  {scene.name:22} {stats['sha256']}")
+                elif stats["sha256"] != expected[scene]:
+                    differences.append(f"{program}: {scene.name} {' '.join(map(str, flags))}: {stats['sha256']}")
+        print(f"  {program}: {time.monotonic() - begun:.0f} s", flush=True)
     if len(set(expected.values())) != len(scenes):
         raise Failure("two scenes gave the same picture")
     for line in differences[:40]:

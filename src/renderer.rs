@@ -4,7 +4,7 @@ use crate::fragment::{Frame, FrameFog};
 use crate::lanes::Level;
 use crate::plan::{self, Layout, Needs, Scaling};
 use crate::proxy::Stack;
-use crate::raster::{Counters, Occupancy, Resolve, Sample, Work, render_tiles};
+use crate::raster::{BlockMask, Counters, Occupancy, Resolve, Work, render_tiles};
 use crate::scene::{Blend, Fog, FogWeighting, Premultiplied, Scene, Slicing, TransferFunction, View};
 use crate::target::Picture;
 use crate::tolerance;
@@ -24,7 +24,7 @@ pub struct RenderStats {
     pub prepare_seconds: f64,
     /// Seconds the frame cost once prepared: planning, any error estimate, geometry, pixels.
     pub render_seconds: f64,
-    /// Slice planes of the stack.
+    /// Slice planes of the stack; of the finest one, where a tolerance gave blocks different ones.
     pub slices: u64,
     /// Fragments covered by slice polygons.
     pub fragments: u64,
@@ -102,7 +102,7 @@ impl<'v> Renderer<'v> {
         if self.settings.tile == Some(0) {
             return Err(Error::invalid("tile 0: a tile has at least one pixel"));
         }
-        let mut clock = Clock::default();
+        let mut clock = Clock { start: Instant::now(), prepare_seconds: 0.0 };
         let volume = self.volume;
         clock.prepare(|| {
             self.volume_data.get_or_insert_with(|| {
@@ -112,27 +112,28 @@ impl<'v> Renderer<'v> {
             });
         });
         let (width, height) = scene.size();
-        let view = clock.render(|| scene.camera().resolve(volume.grid(), width, height))?;
+        let view = scene.camera().resolve(volume.grid(), width, height)?;
         let mut warnings = Vec::new();
         let mut estimate = None;
-        let (count, terminate) = match scene.slicing() {
+        let mut pixels = vec![[0.0; 4]; width as usize * height as usize];
+        let mut done = match scene.slicing() {
             Slicing::Tolerance(tolerance) => {
-                let chosen = tolerance::choose(tolerance, scene, |count, terminate, sample| {
-                    self.frame(scene, &view, count, terminate, Some(sample), &mut clock).map(|f| f.pixels)
-                })?;
-                if chosen.error > tolerance {
+                let (done, error) = self.adapt(tolerance, scene, &view, &mut pixels, &mut clock)?;
+                if error > tolerance {
                     warnings.push(format!(
-                        "tolerance {tolerance} is out of reach: {} slices leave an estimated error of {:.2e}",
-                        chosen.count, chosen.error
+                        "tolerance {tolerance} is out of reach: {} slices leave an estimated error of {error:.2e}",
+                        done.slices
                     ));
                 }
-                estimate = Some(chosen.error);
-                (chosen.count, chosen.terminate)
+                estimate = Some(error);
+                done
             }
-            slicing => (slice_count(slicing, volume, &view)?, scene.terminate()),
+            slicing => {
+                let count = slice_count(slicing, volume, &view)?;
+                self.frame(scene, &view, count, scene.terminate(), None, &mut pixels, &mut clock)?
+            }
         };
-        let Finished { pixels, counters, stack_count, left_out } = self.frame(scene, &view, count, terminate, None, &mut clock)?;
-        if stack_count == 0 {
+        if done.slices == 0 {
             warnings.push("the whole box lies behind the eye: nothing to see".to_owned());
         }
         let non_finite = self.volume_data.as_ref().map_or(0, |d| d.bricks.non_finite);
@@ -141,13 +142,13 @@ impl<'v> Renderer<'v> {
         }
         let stats = RenderStats {
             prepare_seconds: clock.prepare_seconds,
-            render_seconds: clock.render_seconds,
-            slices: stack_count,
-            fragments: counters.fragments,
-            fetches: counters.fetches,
+            render_seconds: clock.start.elapsed().as_secs_f64() - clock.prepare_seconds,
+            slices: done.slices,
+            fragments: done.counters.fragments,
+            fetches: done.counters.fetches,
             threads: rayon::current_num_threads(),
             simd: self.level.name(),
-            left_out,
+            left_out: done.left_out(width, height),
             error_estimate: estimate,
             non_finite_voxels: non_finite,
             warnings,
@@ -155,21 +156,55 @@ impl<'v> Renderer<'v> {
         Ok((Picture::new(width, height, pixels), stats))
     }
 
-    /// The pixels of `scene` in `count` slices; with a `sample`, of its blocks alone.
+    /// `pixels` to `tolerance`, each block in as many slices as it needs; and the error estimated.
+    fn adapt(
+        &mut self,
+        tolerance: f64,
+        scene: &Scene,
+        view: &View,
+        pixels: &mut Vec<[f32; 4]>,
+        clock: &mut Clock,
+    ) -> Result<(Finished, f64)> {
+        let grid = self.volume.grid();
+        let depth = Stack::depth_range(grid, view).map_or(0.0, |(near, far)| far - near);
+        let first = tolerance::first_count(depth, grid.smallest_spacing());
+        let terminate = tolerance::terminate(scene.terminate(), tolerance);
+        let mut done: Option<Finished> = None;
+        let reached = tolerance::refine(tolerance, first, view.width as usize, pixels, |count, blocks, pixels| {
+            let part = self.frame(scene, view, count, terminate, blocks, pixels, clock)?;
+            match &mut done {
+                Some(done) => done.add(&part),
+                None => done = Some(part),
+            }
+            Ok(())
+        })?;
+        let mut done = done.ok_or_else(|| Error::invalid("a picture without a frame"))?;
+        let all: usize = reached.levels.iter().map(|l| l.1).sum();
+        let levels: Vec<String> = reached.levels.iter().map(|(slices, blocks)| format!("{blocks} in {slices}")).collect();
+        done.planned.push(("finer slices where coarse ones do".to_owned(), format!("of {all} blocks: {} slices", levels.join(", "))));
+        Ok((done, reached.error))
+    }
+
+    /// Fills `pixels` with `scene` in `count` slices; with a mask, its blocks alone.
+    #[allow(
+        clippy::too_many_arguments,
+        reason = "what one frame is of, how fine, where it goes; a struct would be made and taken apart at once"
+    )]
     fn frame(
         &mut self,
         scene: &Scene,
         view: &View,
         count: u64,
         terminate: f32,
-        sample: Option<Sample>,
+        blocks: Option<&BlockMask>,
+        pixels: &mut [[f32; 4]],
         clock: &mut Clock,
     ) -> Result<Finished> {
         let volume = self.volume;
         let Some(VolumeData { bricks, scaling }) = &self.volume_data else {
             return Err(Error::invalid("a frame before the volume is prepared"));
         };
-        let stack = clock.render(|| Stack::new(volume.grid(), view, scene.clip_planes(), count));
+        let stack = Stack::new(volume.grid(), view, scene.clip_planes(), count);
         let transfer_data = clock.prepare(|| {
             let unit = scene.opacity_unit().unwrap_or_else(|| volume.grid().smallest_spacing());
             let ratio = if stack.is_empty() { 1.0 } else { stack.spacing / unit };
@@ -179,59 +214,71 @@ impl<'v> Renderer<'v> {
                 kept => prepare_transfer(scene.transfer(), ratio, volume, bricks, kept),
             })
         });
-        clock.render(|| {
-            let (frame, split) = make_frame(scene, volume, scaling, transfer_data, terminate);
-            let needs = Needs::new(scene, &stack, bricks, scaling, split, terminate);
-            let stages = needs.stages(volume, scaling, self.level);
-            let work = Work {
-                frame: &frame,
-                stack: &stack,
-                fog: scene.fog().filter(|_| needs.fog.is_some()),
-                order: needs.order,
-                occupancy: needs.skip.then_some(&transfer_data.occupancy),
-                span: stages.span,
-                whole: stages.whole,
-                partial: stages.partial,
-                start: start_values(scene.blend()),
-            };
-            let resolve = Resolve {
-                blend: scene.blend(),
-                background: background(scene),
-                transfer: scene.transfer(),
-                volume,
-                stack: &stack,
-                scale: scaling.scale,
-                offset: scaling.offset,
-                low: f64::from(frame.table_low),
-            };
-            let (width, height) = (view.width, view.height);
-            let mut pixels = vec![resolve.background(); width as usize * height as usize];
-            let mut counters = Counters::default();
-            if !stack.is_empty() {
-                let tile = self.settings.tile.unwrap_or(TILE);
-                counters = render_tiles(&work, &resolve, tile, &mut pixels, sample, self.settings.progress.as_deref())?;
-            }
-            let mut left_out = plan::planned(scene, volume, &needs);
-            let blocks = u64::from(width.div_ceil(8)) * u64::from(height.div_ceil(8));
-            left_out.extend(plan::counted(&counters, needs.skip.then(|| transfer_data.occupancy.share()), blocks));
-            Ok(Finished { pixels, counters, stack_count: stack.count, left_out })
-        })
+        let (frame, split) = make_frame(scene, volume, scaling, transfer_data, terminate);
+        let needs = Needs::new(scene, &stack, bricks, scaling, split, terminate);
+        let stages = needs.stages(volume, scaling, self.level);
+        let work = Work {
+            frame: &frame,
+            stack: &stack,
+            fog: scene.fog().filter(|_| needs.fog.is_some()),
+            order: needs.order,
+            occupancy: needs.skip.then_some(&transfer_data.occupancy),
+            span: stages.span,
+            whole: stages.whole,
+            partial: stages.partial,
+            start: start_values(scene.blend()),
+        };
+        let resolve = Resolve {
+            blend: scene.blend(),
+            background: background(scene),
+            transfer: scene.transfer(),
+            volume,
+            stack: &stack,
+            scale: scaling.scale,
+            offset: scaling.offset,
+            low: f64::from(frame.table_low),
+        };
+        let mut counters = Counters::default();
+        if stack.is_empty() {
+            pixels.fill(resolve.background());
+        } else {
+            let tile = self.settings.tile.unwrap_or(TILE);
+            counters = render_tiles(&work, &resolve, tile, pixels, blocks, self.settings.progress.as_deref())?;
+        }
+        let planned = plan::planned(scene, volume, &needs);
+        let visible_share = needs.skip.then(|| transfer_data.occupancy.share());
+        Ok(Finished { counters, slices: stack.count, planned, visible_share })
     }
 }
 
-/// Pixels, and what they took.
+/// What a frame took, or several frames that make up one picture.
 struct Finished {
-    pixels: Vec<[f32; 4]>,
     counters: Counters,
-    stack_count: u64,
-    left_out: Vec<(String, String)>,
+    slices: u64,
+    planned: Vec<(String, String)>,
+    visible_share: Option<f64>,
 }
 
-/// Seconds by what they went into.
-#[derive(Default)]
+impl Finished {
+    /// Adds a further frame of the same picture.
+    fn add(&mut self, other: &Self) {
+        self.counters.add(&other.counters);
+        self.slices = self.slices.max(other.slices);
+    }
+
+    /// Everything that was left out of a picture of `width` x `height` pixels.
+    fn left_out(&mut self, width: u32, height: u32) -> Vec<(String, String)> {
+        let blocks = u64::from(width.div_ceil(8)) * u64::from(height.div_ceil(8));
+        let mut list = std::mem::take(&mut self.planned);
+        list.extend(plan::counted(&self.counters, self.visible_share, blocks));
+        list
+    }
+}
+
+/// Seconds since a frame began, and those of them that went into what depends on volume and transfer function only.
 struct Clock {
+    start: Instant,
     prepare_seconds: f64,
-    render_seconds: f64,
 }
 
 impl Clock {
@@ -239,12 +286,6 @@ impl Clock {
         let start = Instant::now();
         let result = work();
         self.prepare_seconds += start.elapsed().as_secs_f64();
-        result
-    }
-    fn render<R>(&mut self, work: impl FnOnce() -> R) -> R {
-        let start = Instant::now();
-        let result = work();
-        self.render_seconds += start.elapsed().as_secs_f64();
         result
     }
 }
@@ -274,7 +315,7 @@ fn slice_count(slicing: Slicing, volume: &Volume, view: &View) -> Result<u64> {
             }
             (n as u64).max(1)
         }
-        // Chosen by `tolerance::choose`.
+        // Chosen block by block in `adapt`.
         Slicing::Tolerance(_) => 1,
     })
 }

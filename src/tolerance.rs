@@ -1,112 +1,220 @@
-//! Error asked for: how many slices keep the RMS error of the colours below a tolerance.
+//! Error asked for: each block of the picture gets the slices it needs for the RMS error of the colours to stay below a tolerance.
 //!
-//! As a solver of differential equations does, the scene itself is tried at a coarse and a finer step, here on a sample of the
-//! picture's blocks. With a method of order p the error at N slices is about diff(N, 2N) / (1 - 2^-p).
+//! An adaptive solver of differential equations tries a coarse and a finer step and refines where the two differ. Here the step is
+//! the thickness of the slabs, and the places are blocks of 8 x 8 pixels: all are rendered at two slice counts, and those whose
+//! difference weighs most are rendered at twice the count, until what is left is small enough. Blocks lie on the picture's own
+//! grid and sums run in its order, so the outcome does not depend on threads or tiles.
 
 use crate::Result;
-use crate::raster::Sample;
-use crate::scene::{MAX_SLICES, Scene};
+use crate::raster::BlockMask;
 
-/// Slices tried first.
+/// Fewest slices a block starts from.
 const FIRST: u64 = 32;
-/// Slices beyond which nothing is tried.
-const MOST: u64 = 1 << 16;
-/// Part of the tolerance aimed at: the sample is not the picture, and neighbouring counts differ.
-const AIM: f64 = 0.7;
+/// Most slices a block starts from.
+const FIRST_MOST: u64 = 1024;
+/// Smallest voxel spacings to a slab at the start: features of a voxel's size must not fall between the slices of both counts.
+const SPACINGS: f64 = 2.0;
+/// Slices beyond which no block is refined.
+const MOST: u64 = 1 << 18;
+/// Part of the tolerance aimed at: a difference of two pictures is an estimate of an error, not a bound.
+const AIM: f64 = 0.75;
 /// Part of the tolerance that ending pixels early may use up.
 const TERMINATE: f64 = 0.25;
-/// Blocks that make a sample worth trusting, where the picture has that many.
-const BLOCKS: usize = 192;
 
-/// What was chosen.
-pub(crate) struct Choice {
-    /// Slices.
-    pub(crate) count: u64,
-    /// Transmittance at which pixels are finished.
-    pub(crate) terminate: f32,
-    /// Estimated RMS error of the colours over black.
+/// What was reached.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Reached {
+    /// Estimated RMS error of red, green and blue over the whole picture.
     pub(crate) error: f64,
+    /// Blocks by slice count: (slices, blocks), fewest slices first.
+    pub(crate) levels: Vec<(u64, usize)>,
 }
 
-/// Chooses for `scene`. `render(count, terminate, sample)` gives the picture with the sample's blocks filled in.
-pub(crate) fn choose(tolerance: f64, scene: &Scene, mut render: impl FnMut(u64, f32, Sample) -> Result<Vec<[f32; 4]>>) -> Result<Choice> {
-    let (width, height) = scene.size();
-    let blocks = width.div_ceil(8) as usize * height.div_ceil(8) as usize;
-    let side = (1..=4).rev().find(|s| blocks / (s * s) >= BLOCKS).unwrap_or(1);
-    let sample = Sample { side };
-    let terminate = scene.terminate().min((TERMINATE * tolerance) as f32);
-    let mut coarse = render(FIRST, terminate, sample)?;
-    let mut count = FIRST;
-    let mut last: Option<(u64, f64)> = None;
+/// The slice count to start from for a box `depth` deep with voxels `spacing` apart.
+pub(crate) fn first_count(depth: f64, spacing: f64) -> u64 {
+    (libm::ceil(depth / (SPACINGS * spacing)) as u64).clamp(FIRST, FIRST_MOST)
+}
+
+/// The transmittance at which pixels may end for a tolerance.
+pub(crate) fn terminate(scene: f32, tolerance: f64) -> f32 {
+    scene.min((TERMINATE * tolerance) as f32)
+}
+
+/// Renders `pixels`, a picture `width` pixels wide, to `tolerance`. `render(count, blocks, pixels)` fills in blocks of the picture
+/// in `count` slices, all of them without a mask.
+pub(crate) fn refine(
+    tolerance: f64,
+    first: u64,
+    width: usize,
+    pixels: &mut Vec<[f32; 4]>,
+    mut render: impl FnMut(u64, Option<&BlockMask>, &mut Vec<[f32; 4]>) -> Result<()>,
+) -> Result<Reached> {
+    let mask = BlockMask::none(width, pixels.len() / width);
+    let target = (AIM * tolerance) * (AIM * tolerance) * 3.0 * pixels.len() as f64;
+    let mut coarse = pixels.clone();
+    render(first, None, &mut coarse)?;
+    render(2 * first, None, pixels)?;
+    let mut blocks = Blocks { level: vec![1; mask.len()], difference: differences(&coarse, pixels, &mask), factor: vec![1.0, 0.35] };
     loop {
-        let fine = render(2 * count, terminate, sample)?;
-        let difference = rms(&coarse, &fine, width as usize, sample);
-        // Order 2 on smooth scenes, less where the transfer function is sharp: taken from the two last steps, within reason.
-        let order = last.map_or(1.0, |(_, e)| libm::log2(e / difference.max(1e-30)).clamp(0.7, 2.0));
-        let error = difference / (1.0 - libm::exp2(-order));
-        if error <= AIM * tolerance || 2 * count >= MOST {
-            let chosen = between(last.map(|(n, d)| (n, d / (1.0 - libm::exp2(-order)))), (count, error), AIM * tolerance);
-            return Ok(Choice { count: chosen.0.clamp(1, MAX_SLICES), terminate, error: chosen.1 });
+        let error: f64 = (0..mask.len()).map(|b| blocks.error(b)).sum();
+        let chosen = if error <= target { Vec::new() } else { blocks.choose(target, |level| first << (level + 1) <= MOST) };
+        if chosen.is_empty() {
+            let rms = (error / (3 * pixels.len()) as f64).sqrt();
+            return Ok(Reached { error: rms, levels: blocks.levels(first) });
         }
-        last = Some((count, difference));
-        coarse = fine;
-        count *= 2;
+        coarse.copy_from_slice(pixels);
+        let highest = chosen.iter().map(|&b| blocks.level[b]).max().unwrap_or(0);
+        for level in 1..=highest {
+            let group: Vec<usize> = chosen.iter().copied().filter(|&b| blocks.level[b] == level).collect();
+            if group.is_empty() {
+                continue;
+            }
+            let mut wanted = mask.clone();
+            group.iter().for_each(|&b| wanted.set(b));
+            render(first << (level + 1), Some(&wanted), pixels)?;
+            blocks.advance(&group, level, &differences(&coarse, pixels, &wanted));
+        }
     }
 }
 
-/// The count between two tried ones whose error, on a straight line in logarithms, is `aim`.
-fn between(coarse: Option<(u64, f64)>, (count, error): (u64, f64), aim: f64) -> (u64, f64) {
-    match coarse {
-        Some((n, e)) if e > aim && error < aim && error > 0.0 => {
-            let t = libm::log(e / aim) / libm::log(e / error);
-            let chosen = libm::ceil(n as f64 * libm::pow(count as f64 / n as f64, t));
-            (chosen as u64, aim)
+/// How far each block has come.
+struct Blocks {
+    /// Block b is rendered in first << level[b] slices.
+    level: Vec<u32>,
+    /// Sum of squared differences to the level before.
+    difference: Vec<f64>,
+    /// Squared error at a level over the squared difference to the level before.
+    factor: Vec<f64>,
+}
+
+impl Blocks {
+    /// Estimated sum of squared errors of block `b`.
+    fn error(&self, b: usize) -> f64 {
+        self.difference[b] * self.factor[self.level[b] as usize]
+    }
+
+    /// The fewest blocks whose refinement is expected to bring the sum below `target`, worst first.
+    fn choose(&self, target: f64, refinable: impl Fn(u32) -> bool) -> Vec<usize> {
+        let mut order: Vec<usize> = (0..self.level.len()).filter(|&b| refinable(self.level[b]) && self.error(b) > 0.0).collect();
+        order.sort_by(|&a, &b| self.error(b).total_cmp(&self.error(a)).then(a.cmp(&b)));
+        let total: f64 = (0..self.level.len()).map(|b| self.error(b)).sum();
+        let mut left = total;
+        for (n, &b) in order.iter().enumerate() {
+            // Half the slab, a quarter of the squared error at least.
+            left -= 0.75 * self.error(b);
+            if left <= target {
+                order.truncate(n + 1);
+                return order;
+            }
         }
-        _ => (count, error),
+        // One step will not do: refine whatever matters.
+        let mut left = total;
+        let matters = order.iter().take_while(|&&b| {
+            let before = left;
+            left -= self.error(b);
+            before > 0.01 * total
+        });
+        let matters = matters.count();
+        order.truncate(matters);
+        order
+    }
+
+    /// Takes blocks of `group` from `level` to the next, with their differences; learns the method's order from them.
+    fn advance(&mut self, group: &[usize], level: u32, differences: &[f64]) {
+        let before: f64 = group.iter().map(|&b| self.difference[b]).sum();
+        let after: f64 = group.iter().map(|&b| differences[b]).sum();
+        // Squared differences fall by 4^p from level to level.
+        let order = (0.5 * libm::log2(before / after.max(1e-300))).clamp(1.0, 1.9);
+        let step = libm::exp2(order) - 1.0;
+        let factor = 1.0 / (step * step);
+        let next = level as usize + 1;
+        if self.factor.len() <= next {
+            self.factor.resize(next + 1, 1.0);
+            self.factor[next] = factor;
+        }
+        for &b in group {
+            self.level[b] = level + 1;
+            self.difference[b] = differences[b];
+        }
+    }
+
+    fn levels(&self, first: u64) -> Vec<(u64, usize)> {
+        let highest = self.level.iter().copied().max().unwrap_or(0);
+        let count = |level: u32| self.level.iter().filter(|&&l| l == level).count();
+        (0..=highest).map(|l| (first << l, count(l))).filter(|&(_, n)| n > 0).collect()
     }
 }
 
-/// Root of the mean squared difference of red, green and blue over the sample's pixels.
-fn rms(a: &[[f32; 4]], b: &[[f32; 4]], width: usize, sample: Sample) -> f64 {
-    let (mut sum, mut pixels) = (0.0, 0u64);
+/// Sums of squared differences of red, green and blue, block by block.
+fn differences(a: &[[f32; 4]], b: &[[f32; 4]], mask: &BlockMask) -> Vec<f64> {
+    let mut sums = vec![0.0; mask.len()];
     for (i, (a, b)) in a.iter().zip(b).enumerate() {
-        if sample.takes(i % width / 8, i / width / 8) {
-            pixels += 1;
-            sum += (0..3).map(|c| f64::from(a[c]) - f64::from(b[c])).map(|d| d * d).sum::<f64>();
+        if a != b {
+            sums[mask.block_of_pixel(i)] += (0..3).map(|c| f64::from(a[c]) - f64::from(b[c])).map(|d| d * d).sum::<f64>();
         }
     }
-    (sum / (3 * pixels.max(1)) as f64).sqrt()
+    sums
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::TransferFunction;
+
+    /// A picture of 64 blocks whose errors are weight(block) * N^-order.
+    fn run(tolerance: f64, order: f64, weight: impl Fn(usize) -> f64) -> (f64, Reached, u64) {
+        let mask = BlockMask::none(64, 64);
+        let mut pixels = vec![[0.0; 4]; 64 * 64];
+        let mut work = 0;
+        let reached = refine(tolerance, 32, 64, &mut pixels, |count, blocks, pixels| {
+            for (i, p) in pixels.iter_mut().enumerate() {
+                let b = mask.block_of_pixel(i);
+                if blocks.is_none_or(|m| m.takes(i % 64 / 8, i / 64 / 8)) {
+                    work += count;
+                    *p = [(0.5 + weight(b) * libm::pow(count as f64, -order)) as f32; 4];
+                }
+            }
+            Ok(())
+        })
+        .unwrap();
+        let sum: f64 = pixels.iter().map(|p| (f64::from(p[0]) - 0.5) * (f64::from(p[0]) - 0.5)).sum();
+        ((sum / pixels.len() as f64).sqrt(), reached, work / 64 / 64)
+    }
 
     #[test]
-    fn a_method_of_known_error_gets_the_count_that_meets_the_tolerance() {
-        let transfer = TransferFunction::new(vec![(0.0, [1.0; 3])], vec![(0.0, 0.5)]).unwrap();
-        let scene = Scene::new(transfer).with_size(64, 64).unwrap();
-        for order in [1.0, 2.0] {
-            for tolerance in [1e-2, 1e-3, 1e-4] {
-                // A picture whose error is exactly N^-order everywhere.
-                let truth = |n: u64| libm::pow(n as f64, -order);
-                let choice = choose(tolerance, &scene, |n, _, _| Ok(vec![[(0.5 + truth(n)) as f32; 4]; 64 * 64])).unwrap();
-                let error = truth(choice.count);
+    fn errors_end_below_the_tolerance_and_not_far_below() {
+        for order in [1.0, 1.5, 2.0] {
+            for tolerance in [1e-3, 1e-4] {
+                let (error, reached, _) = run(tolerance, order, |_| 1.0);
+                assert!(error <= tolerance, "order {order}: {error} > {tolerance}");
                 assert!(
-                    error <= tolerance && error > tolerance / 10.0,
-                    "order {order}, {tolerance}: {} slices, error {error}",
-                    choice.count
+                    error > tolerance / 10.0 || reached.levels == [(64, 64)],
+                    "order {order}: {error} of {tolerance}, {:?}",
+                    reached.levels
                 );
+                assert!(reached.error <= tolerance);
             }
         }
     }
 
     #[test]
-    fn out_of_reach_is_told() {
-        let transfer = TransferFunction::new(vec![(0.0, [1.0; 3])], vec![(0.0, 0.5)]).unwrap();
-        let scene = Scene::new(transfer).with_size(8, 8).unwrap();
-        let choice = choose(1e-3, &scene, |n, _, _| Ok(vec![[if n.trailing_zeros() % 2 == 0 { 0.1 } else { 0.2 }; 4]; 64])).unwrap();
-        assert!(choice.error > 1e-3);
+    fn work_goes_where_the_error_is() {
+        let (error, reached, work) = run(1e-4, 1.0, |b| if b == 20 { 1.0 } else { 1e-3 });
+        assert!(error <= 1e-4);
+        assert_eq!(reached.levels[0], (64, 63), "{:?}", reached.levels);
+        // Uniform slices would take over a thousand a pixel.
+        assert!(work < 200, "{work} slices a pixel");
+    }
+
+    #[test]
+    fn a_tolerance_out_of_reach_is_told() {
+        let mask = BlockMask::none(8, 8);
+        assert_eq!(mask.len(), 1);
+        let mut pixels = vec![[0.0; 4]; 64];
+        let reached = refine(1e-3, 32, 8, &mut pixels, |n, _, p| {
+            p.fill([if n.trailing_zeros() % 2 == 0 { 0.1 } else { 0.2 }; 4]);
+            Ok(())
+        })
+        .unwrap();
+        assert!(reached.error > 1e-3);
     }
 }

@@ -274,6 +274,7 @@ fn lesser(a: f64, b: f64) -> f64 {
 }
 
 /// Where the rays of a block enter and leave, in slices.
+#[allow(clippy::large_enum_variant, reason = "a result that lives on the stack; a box would cost an allocation a block")]
 enum Crossings {
     /// Every crossing is known to within `error`.
     Clear { entry: [f64; BATCH], exit: [f64; BATCH], error: f64 },
@@ -293,3 +294,6 @@ struct Ray {
 impl Ray {
     const MISS: Self = Self { entry: 0.0, exit: 0.0, first: 1, last: 0, doubt: false };
 }
+
+#[cfg(test)]
+mod tests;

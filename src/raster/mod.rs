@@ -14,4 +14,4 @@ mod tiles;
 pub(crate) use block::{Counters, Work};
 pub(crate) use occupancy::Occupancy;
 pub(crate) use resolve::Resolve;
-pub(crate) use tiles::{Sample, render_tiles};
+pub(crate) use tiles::{BlockMask, render_tiles};

@@ -18,23 +18,39 @@ struct Tile<'p> {
     rows: Vec<&'p mut [[f32; 4]]>,
 }
 
-/// A share of the picture's blocks: one out of each square of `side` x `side` blocks, at a place that changes from square to square.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Sample {
-    /// Side of the squares, in blocks; 1 takes every block.
-    pub(crate) side: usize,
+/// Some of a picture's blocks.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct BlockMask {
+    width: usize,
+    columns: usize,
+    wanted: Vec<bool>,
 }
 
-impl Sample {
-    /// Whether the block in column `bx` and row `by` of blocks is taken.
-    pub(crate) fn takes(self, bx: usize, by: usize) -> bool {
-        // A hash of the square's position picks one of its blocks: no grid that the data could line up with.
-        let (column, row) = ((bx / self.side) as u64, (by / self.side) as u64);
-        let mut h = column.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ row.wrapping_mul(0xc2b2_ae3d_27d4_eb4f);
-        h = (h ^ h >> 29).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        h ^= h >> 32;
-        let pick = (h % (self.side * self.side) as u64) as usize;
-        (bx % self.side, by % self.side) == (pick % self.side, pick / self.side)
+impl BlockMask {
+    /// None of the blocks of a picture of `width` x `height` pixels.
+    pub(crate) fn none(width: usize, height: usize) -> Self {
+        let columns = width.div_ceil(SIDE);
+        Self { width, columns, wanted: vec![false; columns * height.div_ceil(SIDE)] }
+    }
+
+    /// Number of blocks in the picture.
+    pub(crate) fn len(&self) -> usize {
+        self.wanted.len()
+    }
+
+    /// Adds block `b`, counted row by row.
+    pub(crate) fn set(&mut self, b: usize) {
+        self.wanted[b] = true;
+    }
+
+    /// The block of pixel `i`, counted row by row.
+    pub(crate) fn block_of_pixel(&self, i: usize) -> usize {
+        i / self.width / SIDE * self.columns + i % self.width / SIDE
+    }
+
+    /// Whether the block in column `bx` and row `by` of blocks is among them.
+    pub(crate) fn takes(&self, bx: usize, by: usize) -> bool {
+        self.wanted[by * self.columns + bx]
     }
 }
 
@@ -57,13 +73,13 @@ fn cut(pixels: &mut [[f32; 4]], width: usize, side: usize) -> Vec<Tile<'_>> {
     tiles
 }
 
-/// Renders all tiles of `side` pixels into `pixels` on the current thread pool; with a `sample`, its blocks alone.
+/// Renders all tiles of `side` pixels into `pixels` on the current thread pool; with a mask, its blocks alone.
 pub(crate) fn render_tiles(
     work: &Work<'_, '_>,
     resolve: &Resolve<'_>,
     side: u32,
     pixels: &mut [[f32; 4]],
-    sample: Option<Sample>,
+    blocks: Option<&BlockMask>,
     progress: Option<&dyn Progress>,
 ) -> Result<Counters> {
     let beams = Beams::new(work.stack, work.fog.is_some_and(|f| f.distance() == FogDistance::Radial));
@@ -76,7 +92,7 @@ pub(crate) fn render_tiles(
             if stopped.load(Ordering::Relaxed) {
                 return counters;
             }
-            render_tile(work, &beams, resolve, sample, tile, batch, &mut counters);
+            render_tile(work, &beams, resolve, blocks, tile, batch, &mut counters);
             let done = done.fetch_add(1, Ordering::Relaxed) + 1;
             if progress.is_some_and(|p| !p.step("rendering", done, total)) {
                 stopped.store(true, Ordering::Relaxed);
@@ -94,7 +110,7 @@ fn render_tile(
     work: &Work<'_, '_>,
     beams: &Beams<'_>,
     resolve: &Resolve<'_>,
-    sample: Option<Sample>,
+    blocks: Option<&BlockMask>,
     tile: &mut Tile<'_>,
     batch: &mut Batch,
     counters: &mut Counters,
@@ -103,7 +119,7 @@ fn render_tile(
     let (x1, y1) = (x0 + tile.rows.first().map_or(0, |r| r.len()), y0 + tile.rows.len());
     for by in (y0 / SIDE * SIDE..y1).step_by(SIDE) {
         for bx in (x0 / SIDE * SIDE..x1).step_by(SIDE) {
-            if sample.is_some_and(|s| !s.takes(bx / SIDE, by / SIDE)) {
+            if blocks.is_some_and(|m| !m.takes(bx / SIDE, by / SIDE)) {
                 continue;
             }
             let inside = |i: usize| (x0..x1).contains(&(bx + i % SIDE)) && (y0..y1).contains(&(by + i / SIDE));
