@@ -9,6 +9,7 @@ use crate::scene::{Blend, Fog, FogWeighting, Premultiplied, Scene, Slicing, Tran
 use crate::target::Picture;
 use crate::tolerance;
 use crate::volume::bricks::Bricks;
+use crate::volume::packed::Packed;
 use crate::{Error, Result, Settings, Volume};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::time::Instant;
@@ -20,7 +21,7 @@ const TILE: u32 = 32;
 #[derive(Debug, Clone, Default, PartialEq)]
 #[non_exhaustive]
 pub struct RenderStats {
-    /// Seconds spent on what depends on volume and transfer function only: bricks, tables.
+    /// Seconds spent on what depends on volume and transfer function only: packing, bricks, tables.
     pub prepare_seconds: f64,
     /// Seconds the frame cost once prepared: planning, any error estimate, geometry, pixels.
     pub render_seconds: f64,
@@ -47,6 +48,7 @@ pub struct RenderStats {
 /// What depends on the volume alone.
 struct VolumeData {
     bricks: Bricks,
+    packed: Option<Packed>,
     scaling: Scaling,
 }
 
@@ -108,7 +110,8 @@ impl<'v> Renderer<'v> {
             self.volume_data.get_or_insert_with(|| {
                 let bricks = Bricks::new(volume.voxels(), volume.grid().dims());
                 let scaling = Scaling::new(volume, &bricks);
-                VolumeData { bricks, scaling }
+                let packed = Packed::new(volume.voxels(), volume.grid().dims());
+                VolumeData { bricks, packed, scaling }
             });
         });
         let (width, height) = scene.size();
@@ -201,7 +204,7 @@ impl<'v> Renderer<'v> {
         clock: &mut Clock,
     ) -> Result<Finished> {
         let volume = self.volume;
-        let Some(VolumeData { bricks, scaling }) = &self.volume_data else {
+        let Some(VolumeData { bricks, packed, scaling }) = &self.volume_data else {
             return Err(Error::invalid("a frame before the volume is prepared"));
         };
         let stack = Stack::new(volume.grid(), view, scene.clip_planes(), count);
@@ -214,9 +217,9 @@ impl<'v> Renderer<'v> {
                 kept => prepare_transfer(scene.transfer(), ratio, volume, bricks, kept),
             })
         });
-        let (frame, split) = make_frame(scene, volume, scaling, transfer_data, terminate);
+        let (frame, split) = make_frame(scene, volume, packed.as_ref(), scaling, transfer_data, terminate);
         let needs = Needs::new(scene, &stack, bricks, scaling, split, terminate);
-        let stages = needs.stages(volume, scaling, self.level);
+        let stages = needs.stages(volume, packed.is_some(), scaling, self.level);
         let work = Work {
             frame: &frame,
             stack: &stack,
@@ -343,7 +346,14 @@ fn prepare_transfer(transfer: &TransferFunction, ratio: f64, volume: &Volume, br
 }
 
 /// Constants of the frame, and whether the table's scale has to be applied in two steps.
-fn make_frame<'v>(scene: &Scene, volume: &'v Volume, scaling: &Scaling, data: &TransferData, terminate: f32) -> (Frame<'v>, bool) {
+fn make_frame<'v>(
+    scene: &Scene,
+    volume: &'v Volume,
+    packed: Option<&'v Packed>,
+    scaling: &Scaling,
+    data: &TransferData,
+    terminate: f32,
+) -> (Frame<'v>, bool) {
     let [nx, ny, nz] = volume.grid().dims();
     let stride = |n: usize, stride: usize| if n > 1 { stride } else { 0 };
     let (low, high) = (scaling.number(data.layout.low), scaling.number(data.layout.high));
@@ -363,6 +373,7 @@ fn make_frame<'v>(scene: &Scene, volume: &'v Volume, scaling: &Scaling, data: &T
     };
     let frame = Frame {
         voxels: volume.voxels(),
+        packed,
         strides: [stride(nx, 1), stride(ny, nx), stride(nz, nx * ny)],
         to_f32: scaling.to_f32,
         table: data.table.clone(),

@@ -3,6 +3,7 @@
 use crate::lanes::{CellLoad, Corners, LookupTable, Pairs, ToF32};
 use crate::scene::FogMode;
 use crate::volume::Voxels;
+use crate::volume::packed::Packed;
 
 /// Side of a block of pixels.
 pub(crate) const SIDE: usize = 8;
@@ -27,6 +28,8 @@ pub(crate) struct Frame<'v> {
     pub(crate) voxels: &'v Voxels,
     /// Distance in voxels to the next voxel along each axis, 0 along axes of one voxel.
     pub(crate) strides: [usize; 3],
+    /// The voxels packed with their neighbours along y, where they are.
+    pub(crate) packed: Option<&'v Packed>,
     /// How stored values become f32, where that takes more than a conversion.
     pub(crate) to_f32: Option<ToF32>,
     /// Colour and opacity of a slab one spacing thick.

@@ -6,6 +6,8 @@ use crate::volume::{Voxels, with_voxels};
 
 /// 8-bit voxels, two neighbours along x a load.
 pub(crate) struct FetchPairs8;
+/// 8-bit voxels packed with their neighbours along y, four corners a load.
+pub(crate) struct FetchPacked8;
 /// 16-bit voxels, two neighbours along x a load.
 pub(crate) struct FetchPairs16;
 /// Any type, a load a corner. `FAR` batches span more voxels than an i32 counts.
@@ -37,6 +39,43 @@ fn halves16<L: Lanes, const SIGNED: bool>(pairs: &Pairs<u32>, p: usize, r: usize
         [L::to_f(L::sar::<16>(L::shl::<16>(pair))), L::to_f(L::sar::<16>(pair))]
     } else {
         [L::to_f(L::and_i(pair, low)), L::to_f(L::and_i(L::sar::<16>(pair), low))]
+    }
+}
+
+/// Byte `N` of each lane, with or without sign.
+#[inline(always)]
+fn byte<L: Lanes, const SIGNED: bool>(quad: L::I, n: u32) -> L::F {
+    let up = match n {
+        0 => L::shl::<24>(quad),
+        1 => L::shl::<16>(quad),
+        2 => L::shl::<8>(quad),
+        _ => quad,
+    };
+    if SIGNED {
+        return L::to_f(L::sar::<24>(up));
+    }
+    let low = L::splat_i(0xff);
+    L::to_f(match n {
+        0 => L::and_i(quad, low),
+        1 => L::and_i(L::sar::<8>(quad), low),
+        2 => L::and_i(L::sar::<16>(quad), low),
+        _ => L::and_i(L::sar::<24>(quad), low),
+    })
+}
+
+/// All rows of a batch of packed 8-bit voxels.
+#[inline(always)]
+fn rows_packed<L: Lanes, const SIGNED: bool>(batch: &mut Batch) {
+    for r in 0..SIDE {
+        let near = L::load_i(bytemuck::cast_ref(row(&batch.pairs16.0[0], r)));
+        let far = L::load_i(bytemuck::cast_ref(row(&batch.pairs16.0[1], r)));
+        let edges = [
+            [byte::<L, SIGNED>(near, 0), byte::<L, SIGNED>(near, 2)],
+            [byte::<L, SIGNED>(near, 1), byte::<L, SIGNED>(near, 3)],
+            [byte::<L, SIGNED>(far, 0), byte::<L, SIGNED>(far, 2)],
+            [byte::<L, SIGNED>(far, 1), byte::<L, SIGNED>(far, 3)],
+        ];
+        trilinear::<L>(edges, batch, r);
     }
 }
 
@@ -92,6 +131,21 @@ impl<'v> Kernel<Frame<'v>, Batch> for FetchPairs8 {
                 rows8::<L, true>(batch);
             }
             _ => unreachable!("the plan chose 8-bit lookups for other voxels"),
+        }
+    }
+}
+
+impl<'v> Kernel<Frame<'v>, Batch> for FetchPacked8 {
+    #[inline(always)]
+    fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
+        let Some(packed) = frame.packed else {
+            unreachable!("the plan chose packed lookups for voxels that are not");
+        };
+        batch.cells.quads8(&packed.pairs, &batch.offset, &mut batch.pairs16);
+        if matches!(frame.voxels, Voxels::I8(_)) {
+            rows_packed::<L, true>(batch);
+        } else {
+            rows_packed::<L, false>(batch);
         }
     }
 }

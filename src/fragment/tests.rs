@@ -4,6 +4,7 @@ use super::batch::{BATCH, Batch, Frame, FrameFog};
 use super::*;
 use crate::lanes::{Kernel, Level, LookupTable};
 use crate::scene::FogMode;
+use crate::volume::packed::Packed;
 use crate::volume::{VoxelType, Voxels};
 
 struct Numbers(u64);
@@ -38,6 +39,7 @@ fn frame<'v>(voxels: &'v Voxels, n: &mut Numbers, mode: FogMode, weighted: bool)
     let colors: Vec<[f32; 4]> = (0..64).map(|_| std::array::from_fn(|_| n.unit())).collect();
     Frame {
         voxels,
+        packed: None,
         strides: [1, DIMS[0], DIMS[0] * DIMS[1]],
         to_f32: None,
         table: LookupTable::new(&colors),
@@ -208,7 +210,16 @@ fn lookups_of_pairs_and_of_corners_agree_with_f64() {
                 assert!((f64::from(any[i]) - want).abs() <= 1e-6 * size + 1e-30 || want.is_nan(), "{kind}: {} not {want}", any[i]);
             }
             match kind {
-                VoxelType::U8 | VoxelType::I8 => Level::SCALAR.kernel::<FetchPairs8, Frame<'_>, Batch>()(&frame, &mut b),
+                VoxelType::U8 | VoxelType::I8 => {
+                    let packed = Packed::new(&voxels, DIMS).unwrap();
+                    let frame = Frame { packed: Some(&packed), ..self::frame(&voxels, &mut n, FogMode::Exp { density: 0.0 }, true) };
+                    for level in Level::available() {
+                        b.value = [0.0; BATCH];
+                        level.kernel::<FetchPacked8, Frame<'_>, Batch>()(&frame, &mut b);
+                        assert_eq!(b.value.map(f32::to_bits), any.map(f32::to_bits), "packed {kind} at {}", level.name());
+                    }
+                    Level::SCALAR.kernel::<FetchPairs8, Frame<'_>, Batch>()(&frame, &mut b);
+                }
                 VoxelType::U16 | VoxelType::I16 => Level::SCALAR.kernel::<FetchPairs16, Frame<'_>, Batch>()(&frame, &mut b),
                 _ => continue,
             }

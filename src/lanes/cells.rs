@@ -118,6 +118,26 @@ impl CellLoad {
         }
     }
 
+    /// Loads four corners at a time from 8-bit voxels packed with their neighbours along y: into the first row of `out` those at
+    /// z, into the second those at z + 1. Bytes from the lowest: (x,y), (x,y+1), (x+1,y), (x+1,y+1).
+    ///
+    /// # Panics
+    /// As [`CellLoad::pairs8`].
+    #[inline(always)]
+    pub(crate) fn quads8(&self, packed: &[u16], offsets: &[i32; BATCH], out: &mut Pairs<u32>) {
+        assert!(self.strides[0] == 1 && self.fits(offsets, packed.len()), "cell outside the volume");
+        let from = packed.as_ptr().wrapping_add(self.base);
+        let dz = self.strides[2];
+        for i in 0..BATCH {
+            let at = offsets[i] as usize;
+            for (quad, step) in out.0.iter_mut().zip([0, dz]) {
+                // SAFETY: `fits` has shown that base + offset + 1 + dz is inside, so both pairs are; the read may be unaligned.
+                let both = unsafe { from.add(at + step).cast::<u32>().read_unaligned() };
+                quad[i] = if cfg!(target_endian = "big") { both.rotate_left(16) } else { both };
+            }
+        }
+    }
+
     /// Loads two neighbours along x at a time, for 16-bit voxels. Needs a stride of 1 along x.
     ///
     /// # Panics

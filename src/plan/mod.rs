@@ -122,12 +122,13 @@ impl Needs {
     }
 
     /// The stages, compiled for `level`.
-    pub(crate) fn stages<'v>(&self, volume: &'v Volume, scaling: &Scaling, level: Level) -> Stages<'v> {
+    pub(crate) fn stages<'v>(&self, volume: &Volume, packed: bool, scaling: &Scaling, level: Level) -> Stages<'v> {
         let mut middle: Vec<Stage<'v>> = Vec::new();
         middle.push(if self.far { level.kernel::<TexcoordFar, _, _>() } else { level.kernel::<Texcoord, _, _>() });
         // Pairs along x need two voxels there.
         let pairs = !self.far && scaling.to_f32.is_none() && volume.grid().dims()[0] > 1;
         middle.push(match volume.voxels().voxel_type() {
+            VoxelType::U8 | VoxelType::I8 if pairs && packed => level.kernel::<FetchPacked8, _, _>(),
             VoxelType::U8 | VoxelType::I8 if pairs => level.kernel::<FetchPairs8, _, _>(),
             VoxelType::U16 | VoxelType::I16 if pairs => level.kernel::<FetchPairs16, _, _>(),
             _ if self.far => level.kernel::<FetchAny<true>, _, _>(),

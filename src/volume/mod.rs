@@ -4,6 +4,7 @@ pub(crate) mod bricks;
 mod grid;
 #[cfg(feature = "formats")]
 pub mod io;
+pub(crate) mod packed;
 pub mod phantom;
 #[cfg(feature = "formats")]
 mod source;
