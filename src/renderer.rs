@@ -110,7 +110,8 @@ impl<'v> Renderer<'v> {
             self.volume_data.get_or_insert_with(|| {
                 let bricks = Bricks::new(volume.voxels(), volume.grid().dims());
                 let scaling = Scaling::new(volume, &bricks);
-                let packed = Packed::new(volume.voxels(), volume.grid().dims());
+                // Lookups that convert do not read packed voxels.
+                let packed = if scaling.to_f32.is_none() { Packed::new(volume.voxels(), volume.grid().dims()) } else { None };
                 VolumeData { bricks, packed, scaling }
             });
         });
@@ -218,7 +219,7 @@ impl<'v> Renderer<'v> {
             })
         });
         let (frame, split) = make_frame(scene, volume, packed.as_ref(), scaling, transfer_data, terminate);
-        let needs = Needs::new(scene, &stack, bricks, scaling, split, terminate);
+        let needs = Needs::new(scene, &stack, bricks, split, terminate);
         let stages = needs.stages(volume, packed.is_some(), scaling, self.level);
         let work = Work {
             frame: &frame,

@@ -35,7 +35,7 @@ pub(crate) struct CellLoad {
 /// How stored values that f32 does not hold well are brought near zero and one: value * gain - bias, in f64.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ToF32 {
-    /// A power of two.
+    /// A power of two, or the negative of one.
     pub(crate) gain: f64,
     /// Subtracted after the gain.
     pub(crate) bias: f64,

@@ -18,7 +18,7 @@ use crate::volume::{Volume, VoxelType};
 pub(crate) struct Scaling {
     /// Conversion on load, where it takes more than a cast.
     pub(crate) to_f32: Option<ToF32>,
-    /// Data value = `scale` * number + `offset`.
+    /// Data value = `scale` * number + `offset`; positive, so that numbers rise with values.
     pub(crate) scale: f64,
     /// See `scale`.
     pub(crate) offset: f64,
@@ -31,16 +31,20 @@ impl Scaling {
         let (slope, intercept) = volume.rescale();
         let range = max - min;
         let exact = min.abs().max(max.abs()) <= f64::from(1 << 24);
+        // Where the slope is negative, numbers are turned around on load: first crossings and local maxima are the values' own.
+        let sign = slope.signum();
+        let map = |gain: f64, bias: f64| Some(ToF32 { gain: sign * gain, bias: sign * gain * bias });
+        let plain = if slope < 0.0 { map(1.0, 0.0) } else { None };
         let to_f32 = match volume.voxels().voxel_type() {
-            VoxelType::U8 | VoxelType::I8 | VoxelType::U16 | VoxelType::I16 => None,
-            VoxelType::U32 | VoxelType::I32 => (!exact).then_some(ToF32 { gain: 1.0, bias: min }),
-            // Differences of neighbours must not overflow.
-            VoxelType::F32 => (min < max && !(range < 1e38)).then_some(ToF32 { gain: 1.0 / 16.0, bias: 0.0 }),
-            VoxelType::F64 if !(min < max) => None,
-            VoxelType::F64 => {
-                let gain = if (1e-20..1e20).contains(&range) { 1.0 } else { power_of_two_near(1.0 / (max * 0.5 - min * 0.5)) };
-                Some(ToF32 { gain, bias: min * gain })
-            }
+            VoxelType::U8 | VoxelType::I8 | VoxelType::U16 | VoxelType::I16 => plain,
+            VoxelType::U32 | VoxelType::I32 if exact => plain,
+            VoxelType::U32 | VoxelType::I32 => map(1.0, min),
+            // Differences of neighbours must not overflow, nor sums over a ray.
+            VoxelType::F32 if min < max && range > 1e20 => map(libm::scalbn(1.0, -64), 0.0),
+            VoxelType::F32 => plain,
+            VoxelType::F64 if min > max => plain,
+            VoxelType::F64 if min == max || (1e-20..1e20).contains(&range) => map(1.0, min),
+            VoxelType::F64 => map(power_of_two_near(1.0 / (max * 0.5 - min * 0.5)), min),
         };
         let m = to_f32.unwrap_or(ToF32 { gain: 1.0, bias: 0.0 });
         Self { to_f32, scale: slope / m.gain, offset: slope * (m.bias / m.gain) + intercept }
@@ -92,16 +96,15 @@ pub(crate) enum BlendKind {
 }
 
 impl Needs {
-    pub(crate) fn new(scene: &Scene, stack: &Stack, bricks: &Bricks, scaling: &Scaling, split_scale: bool, terminate: f32) -> Self {
-        let blend = match (scene.blend(), scaling.scale < 0.0) {
-            (Blend::Over, _) => BlendKind::Over,
-            (Blend::Add, _) => BlendKind::Add,
-            // A negative slope turns the order of stored values around.
-            (Blend::Mip, false) | (Blend::Min, true) => BlendKind::Max,
-            (Blend::Min, false) | (Blend::Mip, true) => BlendKind::Min,
-            (Blend::Average, _) => BlendKind::Average,
-            (Blend::Lmip { .. }, _) => BlendKind::Lmip,
-            (Blend::Iso { .. }, _) => BlendKind::Iso,
+    pub(crate) fn new(scene: &Scene, stack: &Stack, bricks: &Bricks, split_scale: bool, terminate: f32) -> Self {
+        let blend = match scene.blend() {
+            Blend::Over => BlendKind::Over,
+            Blend::Add => BlendKind::Add,
+            Blend::Mip => BlendKind::Max,
+            Blend::Min => BlendKind::Min,
+            Blend::Average => BlendKind::Average,
+            Blend::Lmip { .. } => BlendKind::Lmip,
+            Blend::Iso { .. } => BlendKind::Iso,
         };
         let colors = matches!(blend, BlendKind::Over | BlendKind::Add);
         let fog = scene.fog().filter(|_| colors);

@@ -3,7 +3,8 @@
 use crate::lanes::LookupTable;
 use crate::scene::TransferFunction;
 
-/// Largest difference from the exact function that a table may have, of full scale.
+/// Largest difference from the exact function that a table may have, as a share of the strongest slab in it: thin slabs are many,
+/// and their errors add up.
 ///
 /// One place cannot keep it: where opacity comes close to 1 over a few entries only. At 1 itself the extinction is infinite, and for slabs much thinner than the reference
 /// length the last interval before it rises too late. What lies there is opaque within a few intervals all the same.
@@ -24,6 +25,8 @@ pub(crate) struct Layout {
     pub(crate) intervals: usize,
     /// Count of intervals with any opacity before interval i: `opaque[i]`, one longer than there are intervals.
     opaque: Vec<u32>,
+    /// Whether values at or below the first entry, and at or above the last, have any opacity.
+    ends: [bool; 2],
 }
 
 /// Slab colour and opacity at a value: premultiplied, for a piece `ratio` reference lengths long (1 - (1 - a)^ratio).
@@ -39,13 +42,14 @@ impl Layout {
     pub(crate) fn new(transfer: &TransferFunction, (min, max): (f64, f64), ratio: f64) -> Self {
         let knots = transfer.knots();
         let (first, last) = (knots[0], knots[knots.len() - 1]);
-        // Beyond its outer knots the function is constant, beyond the data nobody looks.
-        let low = first.max(min).min(max);
+        // Beyond its outer knots the function is constant, beyond the data nobody looks. At a step the knot's own value is that of
+        // its right-hand side, so the table has to start before it.
+        let low = if transfer.has_step(first) { min } else { first.max(min).min(max) };
         let high = last.min(max).max(low);
         if !(high > low) {
             let value = if min > last { last } else { low };
             let opaque = u32::from(transfer.eval(value).alpha > 0.0);
-            return Self { low: value, high: value, intervals: 1, opaque: vec![0, opaque] };
+            return Self { low: value, high: value, intervals: 1, opaque: vec![0, opaque], ends: [opaque > 0; 2] };
         }
         let inner: Vec<f64> = knots.iter().copied().filter(|&k| k > low && k < high).collect();
         let mut intervals = aligned(&inner, low, high).unwrap_or(FEWEST);
@@ -65,22 +69,26 @@ impl Layout {
         for i in 0..intervals {
             opaque.push(opaque[i] + u32::from(entry(i) || entry(i + 1)));
         }
-        Self { low, high, intervals, opaque }
+        Self { low, high, intervals, opaque, ends: [entry(0), entry(intervals)] }
     }
 
-    /// Largest difference between the interpolated table and the function, at `knots` and in the middle of intervals.
+    /// Largest difference between the interpolated table and the function, at `knots` and in the middle of intervals, as a share of
+    /// the largest opacity there.
     fn error(transfer: &TransferFunction, knots: &[f64], low: f64, high: f64, intervals: usize, ratio: f64) -> f64 {
         let width = (high - low) / intervals as f64;
         let entries: Vec<[f64; 4]> = (0..=intervals).map(|i| slab(transfer, low + i as f64 * width, ratio)).collect();
-        let differ = |value: f64| {
+        let mut strongest = entries.iter().fold(0.0, |most: f64, e| most.max(e[3]));
+        let mut differ = |value: f64| {
             let x = (value - low) / width;
             let i = (x as usize).min(intervals - 1);
             let (a, b, t) = (entries[i], entries[i + 1], x - i as f64);
             let exact = slab(transfer, value, ratio);
+            strongest = strongest.max(exact[3]);
             (0..4).map(|c| (a[c] + (b[c] - a[c]) * t - exact[c]).abs()).fold(0.0, f64::max)
         };
         let middles = (0..intervals).map(|i| low + (i as f64 + 0.5) * width);
-        knots.iter().copied().chain(middles).map(differ).fold(0.0, f64::max)
+        let worst = knots.iter().copied().chain(middles).map(&mut differ).fold(0.0, f64::max);
+        if strongest > 0.0 { worst / strongest } else { 0.0 }
     }
 
     /// The table for slabs `ratio` reference lengths thick.
@@ -110,6 +118,13 @@ impl Layout {
         }
         // Rounding of the interpolation may leave the range by a few units in the last place of f32.
         let slack = 1e-6 * lo.abs().max(hi.abs());
+        let margin = slack + 1e-6 * self.low.abs().max(self.high.abs());
+        if hi + margin < self.low {
+            return self.ends[0];
+        }
+        if lo - margin > self.high {
+            return self.ends[1];
+        }
         let scale = self.intervals as f64 / (self.high - self.low);
         let top = self.intervals as f64 - 1.0;
         let a = ((lo - slack - self.low) * scale).clamp(0.0, top) as usize;

@@ -86,7 +86,10 @@ impl Resolve<'_> {
             }
         }
         let index = self.stack.index_at(wx, wy, depth(k));
+        // Scaled first: squares of a gradient in the data's units may leave f64.
         let gradient = self.volume.gradient(index);
+        let steepest = gradient.abs().max_element();
+        let gradient = if steepest > 0.0 { gradient / steepest } else { DVec3::ZERO };
         let (_, ray) = self.stack.view.ray(wx, wy);
         let facing = if gradient == DVec3::ZERO { 1.0 } else { (gradient.normalize().dot(ray.normalize())).abs() };
         let mut color = self.transfer.eval(level);

@@ -1,0 +1,226 @@
+//! Small scenes that go through every stage, shared by tests of determinism and of golden pictures.
+
+use glam::{DMat3, DQuat, DVec3};
+use slicestack::scene::{
+    Blend, Camera, ClipPlane, Fog, FogDistance, FogMode, FogWeighting, Order, Placement, Projection, Slicing, Straight, TransferFunction,
+};
+use slicestack::volume::phantom::Phantom;
+use slicestack::volume::{BoxConvention, Grid, VoxelType, Voxels};
+use slicestack::{Limits, Scene, Volume};
+
+/// A volume and a scene of it.
+pub(crate) struct Sample {
+    pub(crate) name: &'static str,
+    pub(crate) volume: Volume,
+    pub(crate) scene: Scene,
+}
+
+fn cloud(size: usize, kind: VoxelType) -> Volume {
+    Phantom::Cloud.volume_as(size, kind, &Limits::default()).unwrap()
+}
+
+fn head() -> Volume {
+    Phantom::SheppLogan.volume(24).unwrap()
+}
+
+fn haze() -> TransferFunction {
+    TransferFunction::new(
+        vec![(0.0, [0.2, 0.4, 1.0]), (0.3, [1.0, 0.8, 0.2]), (0.7, [1.0, 0.2, 0.1])],
+        vec![(0.05, 0.0), (0.3, 0.08), (0.5, 0.04), (0.8, 0.5)],
+    )
+    .unwrap()
+}
+
+/// For clouds: thin, so that their inside shows.
+fn soft() -> TransferFunction {
+    TransferFunction::new(
+        vec![(0.0, [0.1, 0.2, 1.0]), (0.3, [0.2, 0.8, 0.9]), (0.6, [1.0, 0.8, 0.2]), (1.0, [1.0, 0.3, 0.1])],
+        vec![(0.02, 0.0), (0.4, 0.05), (0.7, 0.02), (1.0, 0.2)],
+    )
+    .unwrap()
+}
+
+/// For projections and tiny boxes: every value shows.
+fn strong() -> TransferFunction {
+    TransferFunction::new(vec![(0.0, [0.1, 0.3, 1.0]), (0.3, [0.9, 0.9, 0.3]), (1.0, [1.0, 0.4, 0.1])], vec![(0.0, 0.1), (0.4, 0.8)])
+        .unwrap()
+}
+
+fn scene(size: (u32, u32), slices: u64) -> Scene {
+    let back = Straight { rgb: [0.1, 0.12, 0.2], alpha: 1.0 };
+    let scene = Scene::new(haze()).with_size(size.0, size.1).unwrap().with_slices(Slicing::Count(slices)).unwrap();
+    scene.with_background(back).unwrap()
+}
+
+fn looked(scene: Scene, azimuth: f64, elevation: f64, roll: f64, zoom: f64, projection: Projection) -> Scene {
+    scene.with_camera(Camera::new(Placement::Orbit { azimuth, elevation, roll, zoom }, projection).unwrap())
+}
+
+const PARALLEL: Projection = Projection::Orthographic { height: None };
+const WIDE: Projection = Projection::Perspective { fov_y: 60.0 };
+
+/// Voxels 0, 1, 2 ... of a tiny box, as f32 in [0,1].
+fn counted(dims: [usize; 3]) -> Volume {
+    let n: usize = dims.iter().product();
+    let values = (0..n).map(|i| (i * 7 % n) as f32 / n.max(2) as f32 + 0.25 / n as f32).collect();
+    Volume::new(Grid::with_spacing(dims, [1.0; 3]).unwrap(), Voxels::F32(values)).unwrap()
+}
+
+fn on_oblique_grid(volume: Volume) -> Volume {
+    let turn = DMat3::from_quat(DQuat::from_xyzw(0.5, 0.1, -0.3, 0.806_225_774_829_855));
+    let shear = DMat3::from_cols(DVec3::X, DVec3::new(0.3, -1.4, 0.0), DVec3::new(0.0, 0.4, 0.7));
+    let grid = Grid::new(volume.grid().dims(), DVec3::new(5.0, -3.0, 100.0), turn * shear).unwrap();
+    volume.with_grid(grid).unwrap()
+}
+
+fn foggy(scene: Scene, mode: FogMode, distance: FogDistance, weighting: FogWeighting) -> Scene {
+    scene.with_fog(Some(Fog::new(mode, [0.7, 0.75, 0.8]).unwrap().with_distance(distance).with_weighting(weighting)))
+}
+
+fn plane(volume: &Volume, normal: DVec3, at: f64) -> ClipPlane {
+    let n = normal.normalize();
+    ClipPlane::new(n, n.dot(volume.grid().center()) + at * volume.grid().radius()).unwrap()
+}
+
+/// A look-at camera: eye and target in radii of the box from its centre.
+fn from(volume: &Volume, scene: Scene, eye: DVec3, target: DVec3, projection: Projection) -> Scene {
+    let (c, r) = (volume.grid().center(), volume.grid().radius());
+    scene.with_camera(Camera::new(Placement::LookAt { eye: c + eye * r, target: c + target * r, up: DVec3::Z }, projection).unwrap())
+}
+
+/// Every scene.
+pub(crate) fn samples() -> Vec<Sample> {
+    let mut list = Vec::new();
+    let mut add = |name, volume: Volume, scene: Scene| list.push(Sample { name, volume, scene });
+    let s = || scene((48, 40), 50);
+
+    let shown = |s: Scene| s.with_transfer(strong());
+    let thin = |s: Scene| s.with_transfer(soft());
+    // Every type of voxel, cameras all around.
+    for (i, kind) in VoxelType::ALL.into_iter().enumerate() {
+        let view = if i % 2 == 0 { PARALLEL } else { WIDE };
+        add(
+            ["u8", "i8", "u16", "i16", "u32", "i32", "f32", "f64"][i],
+            cloud(20, kind),
+            thin(looked(s(), 45.0 * i as f64, 20.0, 0.0, 1.2, view)),
+        );
+    }
+    // Every blend.
+    add("back-to-front", head(), looked(s(), 40.0, 25.0, 0.0, 1.3, WIDE).with_order(Order::BackToFront));
+    add("to-the-end", head(), looked(s(), -20.0, 5.0, 0.0, 1.3, PARALLEL).with_terminate(0.0).unwrap());
+    add("mip", head(), shown(looked(s(), 10.0, 30.0, 0.0, 1.3, PARALLEL).with_blend(Blend::Mip).unwrap()));
+    add(
+        "min",
+        Phantom::DistanceField.volume(20).unwrap(),
+        looked(s(), 20.0, 30.0, 0.0, 1.3, WIDE).with_blend(Blend::Min).unwrap().with_transfer(Phantom::DistanceField.default_transfer()),
+    );
+    add("average", head(), shown(looked(s(), 60.0, 10.0, 0.0, 1.3, WIDE).with_blend(Blend::Average).unwrap()));
+    add("add", head(), looked(s(), 80.0, 10.0, 0.0, 1.3, PARALLEL).with_blend(Blend::Add).unwrap());
+    add(
+        "lmip",
+        cloud(20, VoxelType::U16),
+        shown(looked(s(), 80.0, 40.0, 0.0, 1.3, PARALLEL).with_blend(Blend::Lmip { threshold: 0.3 }).unwrap()),
+    );
+    add(
+        "iso",
+        Phantom::MarschnerLobb.volume(32).unwrap(),
+        looked(s(), 30.0, 40.0, 0.0, 1.2, WIDE).with_blend(Blend::Iso { level: 0.5 }).unwrap(),
+    );
+    // Fog.
+    let (alpha, literal) = (FogWeighting::Alpha, FogWeighting::Literal);
+    let fog_view = || looked(s(), 30.0, 20.0, 0.0, 1.2, WIDE);
+    add("fog-linear", head(), foggy(fog_view(), FogMode::Linear { start: 25.0, end: 55.0 }, FogDistance::Planar, alpha));
+    add("fog-exp", head(), foggy(fog_view(), FogMode::Exp { density: 0.02 }, FogDistance::Planar, alpha));
+    add(
+        "fog-exp2-radial",
+        head(),
+        foggy(fog_view(), FogMode::Exp2 { density: 0.025 }, FogDistance::Radial, alpha).with_fogged_background(true),
+    );
+    add(
+        "fog-linear-radial",
+        head(),
+        foggy(looked(s(), 0.0, 10.0, 0.0, 1.2, PARALLEL), FogMode::Linear { start: 38.0, end: 46.0 }, FogDistance::Radial, alpha),
+    );
+    add(
+        "fog-exp-radial",
+        head(),
+        foggy(fog_view(), FogMode::Exp { density: 0.03 }, FogDistance::Radial, alpha).with_order(Order::BackToFront),
+    );
+    add("fog-literal", head(), foggy(fog_view(), FogMode::Exp { density: 0.0005 }, FogDistance::Planar, literal));
+    add("fog-step", head(), foggy(fog_view(), FogMode::Linear { start: 41.0, end: 41.0 }, FogDistance::Planar, alpha));
+    // Clip planes.
+    let v = head();
+    let planes = vec![plane(&v, DVec3::new(0.2, 1.0, 0.3), 0.0)];
+    add("clip-one", head(), looked(s(), 20.0, 20.0, 0.0, 1.3, PARALLEL).with_clip_planes(planes).unwrap());
+    let planes = [DVec3::X, DVec3::Y, DVec3::new(1.0, 1.0, 1.0), -DVec3::X, -DVec3::Y, -DVec3::Z].map(|n| plane(&v, n, -0.35)).to_vec();
+    add(
+        "clip-six",
+        cloud(20, VoxelType::U8),
+        thin({
+            let c = cloud(20, VoxelType::U8);
+            let planes = planes.iter().map(|p| plane(&c, p.normal(), -0.3)).collect();
+            looked(s(), 25.0, 30.0, 0.0, 1.3, WIDE).with_clip_planes(planes).unwrap()
+        }),
+    );
+    // Cameras.
+    add("axis", head(), looked(s(), 0.0, 0.0, 0.0, 1.0, PARALLEL));
+    add(
+        "corners",
+        cloud(16, VoxelType::U8),
+        thin(from(&v, scene((49, 49), 3), DVec3::ONE, DVec3::ZERO, Projection::Orthographic { height: Some(30.0) })),
+    );
+    let c = cloud(32, VoxelType::U8);
+    add(
+        "inside",
+        c.clone(),
+        thin(from(&c, s(), DVec3::new(-0.05, -0.3, 0.0), DVec3::new(0.3, 1.0, 0.1), Projection::Perspective { fov_y: 90.0 })),
+    );
+    add("near-plane", head(), {
+        let camera = Camera::new(Placement::Orbit { azimuth: 10.0, elevation: 60.0, roll: 0.0, zoom: 1.2 }, PARALLEL).unwrap();
+        s().with_camera(camera.with_near(1.9 * v.grid().radius()).unwrap())
+    });
+    add("rolled", head(), looked(s(), 10.0, 20.0, 33.0, 1.5, Projection::Perspective { fov_y: 20.0 }));
+    // Sizes.
+    add("1x1", head(), looked(scene((1, 1), 50), 30.0, 20.0, 0.0, 1.0, PARALLEL));
+    add("63x65", head(), looked(scene((63, 65), 64), 30.0, 20.0, 0.0, 1.2, PARALLEL));
+    add("1x500", head(), looked(scene((1, 500), 30), 30.0, 20.0, 0.0, 1.2, Projection::Orthographic { height: Some(36.0) }));
+    add("500x3", head(), looked(scene((500, 3), 30), 30.0, 20.0, 0.0, 30.0, PARALLEL));
+    add("one-slice", head(), looked(scene((32, 32), 1), 30.0, 20.0, 0.0, 1.2, PARALLEL));
+    // Volumes.
+    add("single-voxel", counted([1, 1, 1]), shown(looked(scene((32, 32), 16), 30.0, 20.0, 0.0, 1.2, WIDE)));
+    add("2x3x5", counted([2, 3, 5]), shown(looked(scene((32, 32), 40), 30.0, 20.0, 0.0, 1.2, PARALLEL)));
+    add("1x1x9", counted([1, 1, 9]), shown(looked(scene((32, 32), 40), 60.0, 20.0, 0.0, 1.2, WIDE)));
+    add(
+        "nodes",
+        counted([4, 4, 4]).with_convention(BoxConvention::Nodes),
+        shown(looked(scene((32, 32), 40), 30.0, 20.0, 0.0, 1.2, PARALLEL)),
+    );
+    add("oblique", on_oblique_grid(head()), looked(s(), 50.0, 10.0, 0.0, 1.2, PARALLEL));
+    add(
+        "negative-slope",
+        cloud(16, VoxelType::I16).with_rescale(-0.5 / 32768.0, 0.5).unwrap(),
+        thin(looked(s(), 30.0, 20.0, 0.0, 1.2, PARALLEL)),
+    );
+    add(
+        "holes",
+        {
+            let Voxels::F32(mut v) = head().voxels().clone() else { unreachable!("the head is f32") };
+            v.iter_mut().step_by(37).for_each(|x| *x = f32::NAN);
+            Volume::new(head().grid().clone(), Voxels::F32(v)).unwrap()
+        },
+        looked(s(), 30.0, 20.0, 0.0, 1.3, PARALLEL),
+    );
+    add(
+        "huge-numbers",
+        {
+            let Voxels::F32(v) = head().voxels().clone() else { unreachable!("the head is f32") };
+            Volume::new(head().grid().clone(), Voxels::F64(v.iter().map(|&x| f64::from(x) * 1e300).collect()))
+                .unwrap()
+                .with_rescale(1e-300, 0.0)
+                .unwrap()
+        },
+        looked(s(), 30.0, 20.0, 0.0, 1.3, WIDE),
+    );
+    add("transparent-background", head(), looked(s(), 30.0, 50.0, 0.0, 1.3, WIDE).with_background(Straight::default()).unwrap());
+    list
+}
