@@ -1,6 +1,6 @@
 //! Slice polygons against the box and the clip planes themselves, over thousands of random boxes and cameras.
 
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
 use glam::{DMat3, DQuat, DVec2, DVec3};
 use proptest::collection::vec;

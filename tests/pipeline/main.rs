@@ -1,6 +1,6 @@
 //! The whole pipeline against closed forms, the reference, and a slow picture made slice by slice in f64.
 
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
 mod blending;
 mod closed;
