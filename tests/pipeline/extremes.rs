@@ -22,7 +22,7 @@ fn voxels_that_are_no_numbers_are_transparent_counted_and_told() {
     let holes = [(5, f64::NAN), (400, f64::INFINITY), (401, f64::NEG_INFINITY), (777, f64::NAN), (1319, f64::INFINITY)];
     let mut single: Vec<f32> = match fill::<f32>(dims, &smooth) {
         Voxels::F32(v) => v,
-        _ => unreachable!(),
+        _ => unreachable!("filled as f32"),
     };
     let mut double: Vec<f64> = single.iter().map(|&v| f64::from(v)).collect();
     for (i, v) in holes {
