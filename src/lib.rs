@@ -82,4 +82,6 @@ pub use renderer::{RenderStats, Renderer, render};
 pub use scene::Scene;
 pub use settings::{Limits, Progress, Settings};
 pub use target::Picture;
+#[cfg(feature = "encoders")]
+pub use target::{Depth, Format};
 pub use volume::Volume;

@@ -119,7 +119,7 @@ impl<'v> Renderer<'v> {
         let view = scene.camera().resolve(volume.grid(), width, height)?;
         let mut warnings = Vec::new();
         let mut estimate = None;
-        let mut pixels = vec![[0.0; 4]; width as usize * height as usize];
+        let mut pixels = canvas(width, height)?;
         let mut done = match scene.slicing() {
             Slicing::Tolerance(tolerance) => {
                 let (done, error) = self.adapt(tolerance, scene, &view, &mut pixels, &mut clock)?;
@@ -139,6 +139,10 @@ impl<'v> Renderer<'v> {
         };
         if done.slices == 0 {
             warnings.push("the whole box lies behind the eye: nothing to see".to_owned());
+        } else if let Some(&first) = pixels.first() {
+            if warnings.is_empty() && pixels.iter().all(|&p| p == first) && done.counters.fragments > 0 && pixels.len() > 1 {
+                warnings.push("the picture is of one colour: nothing of the volume shows in it".to_owned());
+            }
         }
         let non_finite = self.volume_data.as_ref().map_or(0, |d| d.bricks.non_finite);
         if non_finite > 0 {
@@ -292,6 +296,22 @@ impl Clock {
         self.prepare_seconds += start.elapsed().as_secs_f64();
         result
     }
+}
+
+/// Pixels of a picture, all zero. Memory is refused here with a message, not in the allocator with an abort.
+fn canvas(width: u32, height: u32) -> Result<Vec<[f32; 4]>> {
+    let count = width as usize * height as usize;
+    let mut pixels = Vec::new();
+    // Twice the pixels: an encoder needs about as much again.
+    if pixels.try_reserve_exact(2 * count).is_err() {
+        return Err(Error::invalid(format!(
+            "image {width} x {height}: {} bytes of pixels, this machine does not give that much memory",
+            count as u64 * 16
+        )));
+    }
+    pixels.shrink_to(count);
+    pixels.resize(count, [0.0; 4]);
+    Ok(pixels)
 }
 
 fn make_pool(threads: Option<usize>) -> Result<ThreadPool> {

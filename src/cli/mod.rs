@@ -103,7 +103,7 @@ fn told(e: &clap::Error) -> ExitCode {
     let text = e.render().to_string();
     let lines = text.lines().map(str::trim).take_while(|l| !l.starts_with("Usage:") && !l.starts_with("For more information"));
     let line = lines.filter(|l| !l.is_empty()).collect::<Vec<_>>().join("; ");
-    complain("error", line.strip_prefix("error: ").unwrap_or(&line));
+    complain("error", &line.strip_prefix("error: ").unwrap_or(&line).replace(":;", ":"));
     ExitCode::from(2)
 }
 

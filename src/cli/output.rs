@@ -3,7 +3,8 @@
 use super::Usage;
 use anyhow::{Context, Result, bail};
 use slicestack::target::{Depth, Format, write_whole};
-use std::io::{ErrorKind, Write, stdout};
+use std::fs::File;
+use std::io::{ErrorKind, Read, Write, stdout};
 use std::path::{Path, PathBuf};
 
 /// A place for bytes: a file, or stdout where the path is `-`.
@@ -30,6 +31,27 @@ impl Sink {
             bail!("{}: is a directory", path.display());
         }
         Ok(Self::File(path.to_path_buf()))
+    }
+
+    /// Refuses to replace what is not of `kind`: an input by a slip of the hand, or any file whose first bytes are none of `starts`.
+    ///
+    /// # Errors
+    /// [`Usage`] naming the file.
+    pub(super) fn spare(&self, kind: &str, starts: &[&[u8]], inputs: &[&Path]) -> Result<()> {
+        let Self::File(path) = self else { return Ok(()) };
+        let Ok(real) = path.canonicalize() else { return Ok(()) };
+        if inputs.iter().any(|i| i.canonicalize().is_ok_and(|i| i == real)) {
+            bail!(Usage(format!("{}: would overwrite the input", path.display())));
+        }
+        if !real.is_file() {
+            return Ok(());
+        }
+        let mut head = Vec::new();
+        File::open(&real).and_then(|f| f.take(16).read_to_end(&mut head)).with_context(|| path.display().to_string())?;
+        if !head.is_empty() && !starts.iter().any(|s| head.starts_with(s)) {
+            bail!(Usage(format!("{}: is there already and is no {kind}; remove it or choose another name", path.display())));
+        }
+        Ok(())
     }
 
     /// Writes all of `bytes`, or nothing.

@@ -44,10 +44,10 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "NAME")]
     preset: Option<String>,
     /// Size of the picture in pixels, such as 800x600.
-    #[arg(long, value_name = "WxH")]
+    #[arg(long, value_name = "WxH", allow_hyphen_values = true)]
     size: Option<String>,
     /// Number of slices.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_hyphen_values = true)]
     count: Option<String>,
     /// Degrees around the box.
     #[arg(long, value_name = "DEGREES", allow_hyphen_values = true)]
@@ -56,7 +56,7 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "DEGREES", allow_hyphen_values = true)]
     elevation: Option<String>,
     /// 1 fits the volume into the picture, 2 shows it twice as large.
-    #[arg(long, value_name = "FACTOR")]
+    #[arg(long, value_name = "FACTOR", allow_hyphen_values = true)]
     zoom: Option<String>,
     /// Colour behind the volume: black, white, #rrggbb, or r,g,b,a from 0 to 1; transparent unless given.
     #[arg(long, value_name = "COLOUR")]
@@ -94,6 +94,9 @@ Examples:
   slicestack render scene.toml --repeat 5 --stats - --explain
 
 Every key of a scene file is a flag of the same name: `slicestack render --help` lists them, `slicestack schema` describes them.";
+
+/// How pictures begin: PNG, NumPy, OpenEXR.
+const PICTURES: [&[u8]; 3] = [b"\x89PNG", b"\x93NUMPY", b"\x76\x2f\x31\x01"];
 
 /// A scene still to be read.
 pub(super) enum SceneText<'a> {
@@ -147,6 +150,14 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
     if sink == Sink::Stdout && stats_sink == Some(Sink::Stdout) {
         bail!(Usage("picture and statistics cannot both go to stdout".into()));
     }
+    let inputs: Vec<&Path> = args.input.as_deref().into_iter().collect();
+    sink.spare("picture", &PICTURES, &inputs)?;
+    if let Some(stats_sink) = &stats_sink {
+        stats_sink.spare("JSON", &[b"{"], &inputs)?;
+        if *stats_sink == sink {
+            bail!(Usage(format!("{}: picture and statistics cannot both go there", args.output.display())));
+        }
+    }
     catch_signals()?;
 
     let scene_file = text.open(&overrides)?;
@@ -160,6 +171,12 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
     };
     let mut clock = Clock::default();
     let start = Instant::now();
+    if let Some(path) = scene_file.volume().path() {
+        sink.spare("picture", &PICTURES, &[path])?;
+        if let Some(stats_sink) = &stats_sink {
+            stats_sink.spare("JSON", &[b"{"], &[path])?;
+        }
+    }
     let volume = scene_file.volume().load(&settings.limits)?;
     clock.load = start.elapsed().as_secs_f64();
     let (scene, mut warnings) = scene_file.to_scene(&volume)?;

@@ -153,6 +153,24 @@ impl Camera {
         self.near
     }
 
+    /// The largest zoom up to `most` at which a picture of `width` x `height` pixels shows the whole box of `grid` in this camera's
+    /// direction; `most` for look-at cameras and for those whose numbers fail.
+    pub fn zoom_that_fits(&self, grid: &Grid, width: u32, height: u32, most: f64) -> f64 {
+        let Placement::Orbit { azimuth, elevation, roll, .. } = self.placement else { return most };
+        let at = |zoom: f64| {
+            let camera = Self { placement: Placement::Orbit { azimuth, elevation, roll, zoom }, ..*self };
+            let view = camera.resolve(grid, width, height).ok()?;
+            let outside = |c: &DVec3| {
+                let (x, y) = view.window(*c);
+                let (x, y) = (x / f64::from(width) - 0.5, y / f64::from(height) - 0.5);
+                view.depth(*c) <= 0.0 || x.abs().max(y.abs()) > 0.5
+            };
+            Some(!grid.corners().iter().any(outside))
+        };
+        // At zoom 1 the bounding sphere fits; steps of 2 % above it.
+        (0..).map(|i| most / (1.0 + 0.02 * f64::from(i))).take_while(|&z| z > 1.0).find(|&z| at(z).unwrap_or(true)).unwrap_or(most.min(1.0))
+    }
+
     /// The camera in numbers for the box of `grid` and a picture of `width` x `height` pixels.
     ///
     /// # Errors

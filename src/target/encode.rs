@@ -91,11 +91,13 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     if path.exists() && !path.is_file() {
         return fs::write(path, bytes).map_err(|e| Error::io(path, e));
     }
+    // A link stays one: what it points to is replaced.
+    let real = if path.is_symlink() { path.canonicalize().map_err(|e| Error::io(path, e))? } else { path.to_path_buf() };
     let mut hidden = std::ffi::OsString::from(".");
     hidden.push(name);
     hidden.push(format!(".{}.part", std::process::id()));
-    let part = path.with_file_name(hidden);
-    let written = fs::File::create(&part).and_then(|mut f| f.write_all(bytes)).and_then(|()| fs::rename(&part, path));
+    let part = real.with_file_name(hidden);
+    let written = fs::File::create(&part).and_then(|mut f| f.write_all(bytes)).and_then(|()| fs::rename(&part, &real));
     written.map_err(|e| {
         // Whatever there is of it goes; the first error is the one to report.
         drop(fs::remove_file(&part));

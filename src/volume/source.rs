@@ -5,7 +5,7 @@ use super::phantom::Phantom;
 use super::{BoxConvention, Grid, Modality};
 use crate::{Limits, Result, Volume};
 use glam::{DMat3, DVec3};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Where the voxels are.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,6 +41,14 @@ impl VolumeSource {
     /// The source itself, with nothing changed.
     pub fn new(origin: Origin) -> Self {
         Self { origin, convention: BoxConvention::Cells, spacing: None, position: None, slope: None, intercept: None, modality: None }
+    }
+
+    /// The file that is read, if any.
+    pub fn path(&self) -> Option<&Path> {
+        match &self.origin {
+            Origin::File(path) | Origin::Raw(path, _) => Some(path),
+            Origin::Phantom(..) => None,
+        }
     }
 
     /// Loads the volume.

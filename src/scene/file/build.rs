@@ -170,7 +170,7 @@ impl Builder<'_> {
         // A look-at camera whose defaults come from the box is checked again when there is one.
         let stand_in = Grid::with_spacing([1; 3], [1.0; 3])?;
         let camera = match (d.camera.eye, d.camera.target, d.camera.up) {
-            (Some(_), Some(_), Some(_)) | (None, ..) => self.camera(&stand_in)?,
+            (Some(_), Some(_), Some(_)) | (None, ..) => self.camera(&stand_in, (64, 64))?,
             _ => self.camera_angle().map(|_| Camera::default())?,
         };
         Ok(scene.with_camera(camera))
@@ -282,7 +282,7 @@ impl Builder<'_> {
         }
     }
 
-    fn camera(&self, grid: &Grid) -> Result<Camera> {
+    fn camera(&self, grid: &Grid, (width, height): (u32, u32)) -> Result<Camera> {
         let c = &self.document.camera;
         let projection = self.camera_angle()?;
         let orbit = [
@@ -312,6 +312,19 @@ impl Builder<'_> {
                 zoom: c.zoom.unwrap_or(zoom),
             }
         };
+        // A height is the height; and unless the scene says how large, an elongated box is not cut off.
+        let placement = match placement {
+            Placement::Orbit { azimuth, elevation, roll, .. }
+                if c.zoom.is_none() && matches!(projection, Projection::Orthographic { height: Some(_) }) =>
+            {
+                Placement::Orbit { azimuth, elevation, roll, zoom: 1.0 }
+            }
+            Placement::Orbit { azimuth, elevation, roll, zoom } if c.zoom.is_none() => {
+                let zoom = Camera::new(placement, projection).map_or(zoom, |camera| camera.zoom_that_fits(grid, width, height, zoom));
+                Placement::Orbit { azimuth, elevation, roll, zoom }
+            }
+            placement => placement,
+        };
         let camera = Camera::new(placement, projection).and_then(|camera| match c.near {
             Some(near) => camera.with_near(near),
             None => Ok(camera),
@@ -323,7 +336,7 @@ impl Builder<'_> {
     pub(super) fn finish(&self, shell: &Scene, volume: &Volume) -> Result<(Scene, Vec<String>)> {
         let mut warnings = Vec::new();
         let (transfer, unit) = self.transfer(volume, &mut warnings)?;
-        let mut scene = shell.clone().with_camera(self.camera(volume.grid())?).with_transfer(transfer);
+        let mut scene = shell.clone().with_camera(self.camera(volume.grid(), shell.size())?).with_transfer(transfer);
         // The scene's own unit stands already.
         if let Some(unit) = unit.filter(|_| scene.opacity_unit().is_none()) {
             scene = scene.with_opacity_unit(unit)?;

@@ -132,7 +132,7 @@ fn every_key_arrives() {
 #[test]
 fn orbit_cameras_and_the_other_modes() {
     let s = scene("[camera]\nazimuth = 90\nroll = 5\nheight = 20\n[fog]\nmode = \"linear\"\nend = 9\n[slices]\ntolerance = 0.002\n");
-    assert_eq!(s.camera().placement(), Placement::Orbit { azimuth: 90.0, elevation: 20.0, roll: 5.0, zoom: 1.2 });
+    assert_eq!(s.camera().placement(), Placement::Orbit { azimuth: 90.0, elevation: 20.0, roll: 5.0, zoom: 1.0 });
     assert_eq!(s.camera().projection(), Projection::Orthographic { height: Some(20.0) });
     assert_eq!(s.fog().map(Fog::mode), Some(FogMode::Linear { start: 0.0, end: 9.0 }));
     assert_eq!(s.slicing(), Slicing::Tolerance(0.002));

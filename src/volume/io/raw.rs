@@ -38,7 +38,7 @@ impl RawSpec {
 /// A file that starts like gzip but has exactly the length described is taken as it is.
 ///
 /// # Errors
-/// When the file cannot be read, is shorter or longer than `spec` says (a few zeros or line ends at its end are fine), is over
+/// When the file cannot be read, is shorter or longer than `spec` says, is over
 /// `limits`, or `spec` is no grid.
 pub fn read_raw(path: impl AsRef<Path>, spec: &RawSpec, limits: &Limits) -> Result<Volume> {
     let path = path.as_ref();
@@ -53,6 +53,6 @@ pub fn read_raw(path: impl AsRef<Path>, spec: &RawSpec, limits: &Limits) -> Resu
         source = source.gunzip();
     }
     source.skip(spec.offset)?;
-    let voxels = source.voxels(spec.dimensions, spec.voxel_type.into(), spec.endian, Tail::Nothing)?;
+    let voxels = source.voxels(spec.dimensions, spec.voxel_type.into(), spec.endian, Tail::Exact)?;
     Ok(named(path, Volume::new(grid, voxels))?.with_name(path.display().to_string()))
 }

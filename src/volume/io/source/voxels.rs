@@ -11,6 +11,8 @@ const PADDING: usize = 4096;
 /// What may follow the last voxel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::volume::io) enum Tail {
+    /// Nothing at all: only the length tells whether a description fits.
+    Exact,
     /// Nothing but padding (a few zeros or line ends).
     Nothing,
     /// Anything, if the file is not compressed: the format's own tools read what they need and ignore the rest.
@@ -127,9 +129,10 @@ impl Source {
         if tail == Tail::Unchecked || (tail == Tail::Ignored && !self.is_packed()) {
             return Ok(());
         }
-        let rest = self.peek(PADDING + 1)?;
+        let padding = if tail == Tail::Exact { 0 } else { PADDING };
+        let rest = self.peek(padding + 1)?;
         let blank = |b: &u8| matches!(b, 0 | b'\n' | b'\r');
-        if rest.len() <= PADDING && rest.iter().all(blank) {
+        if rest.len() <= padding && rest.iter().all(blank) {
             return Ok(());
         }
         let held = if self.is_packed() {
