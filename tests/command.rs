@@ -278,3 +278,33 @@ fn completions_and_lists_are_printed() {
     let list = text(&run(dir.path(), &["presets"]).stdout);
     assert!(list.contains("mr-brain") && list.contains("coolwarm") && !list.contains('\x1b'));
 }
+
+#[test]
+fn inputs_and_files_that_are_no_pictures_are_never_replaced() {
+    let dir = dir();
+    raw_volume(dir.path());
+    let scene = "[volume]\npath = \"v.raw\"\ndimensions = [4, 5, 6]\ntype = \"u8\"\n";
+    fs::write(dir.path().join("s.toml"), scene).unwrap();
+    fs::write(dir.path().join("notes.png"), "not a picture").unwrap();
+    let before = fs::read(dir.path().join("v.raw")).unwrap();
+    let cases: [(&[&str], &str); 6] = [
+        (&["render", "s.toml", "-o", "s.toml", "--format", "png"], "s.toml: would overwrite the input"),
+        (&["render", "s.toml", "-o", "v.raw", "--format", "npy"], "v.raw: is there already and is no picture"),
+        (&["render", "s.toml", "-o", "./notes.png"], "notes.png: is there already and is no picture"),
+        (&["render", "s.toml", "-o", "p.png", "--stats", "s.toml"], "s.toml: would overwrite the input"),
+        (&["render", "s.toml", "-o", "p.png", "--stats", "notes.png"], "notes.png: is there already and is no JSON"),
+        (&["render", "s.toml", "-o", "p.png", "--stats", "p.png"], "p.png: picture and statistics cannot both go there"),
+    ];
+    for (args, told) in cases {
+        let line = refused(dir.path(), args, 2);
+        assert!(line.contains(told), "{args:?}: {line}");
+    }
+    assert_eq!(fs::read(dir.path().join("v.raw")).unwrap(), before);
+    assert_eq!(fs::read_to_string(dir.path().join("s.toml")).unwrap(), scene);
+    assert_eq!(fs::read_to_string(dir.path().join("notes.png")).unwrap(), "not a picture");
+    // A picture may be made again.
+    for _ in 0..2 {
+        let out = run(dir.path(), &["render", "s.toml", "-o", "p.png", "--stats", "p.json", "--size", "9x9"]);
+        assert!(out.status.success(), "{}", text(&out.stderr));
+    }
+}
