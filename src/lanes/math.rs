@@ -8,14 +8,10 @@ const LN2_HI: f32 = 0.693_359_4;
 /// The rest of ln 2.
 const LN2_LO: f32 = -2.121_944_4e-4;
 
-/// expm1(x) for x <= 0 (-inf gives -1); NaN gives NaN or -1. Error below 2 units in the last place.
-///
-/// x = n ln 2 + r with |r| <= ln(2)/2; expm1(r) by its Taylor series to r^8 (remainder below 1e-9 relative), then
-/// 2^n expm1(r) + (2^n - 1).
+/// 2^n and expm1(r) of x = n ln 2 + r with |r| <= ln(2)/2, for x in [-87, 0]: r by a subtraction in two parts, expm1(r) by its
+/// Taylor series to r^8 (remainder below 1e-9 relative).
 #[inline(always)]
-pub(crate) fn expm1_negative<L: Lanes>(x: L::F) -> L::F {
-    // Below -87 the result is -1 to the last bit; the bound keeps 2^n normal.
-    let x = L::max(x, L::splat(-87.0));
+fn reduced<L: Lanes>(x: L::F) -> (L::F, L::F) {
     let n = L::trunc(L::sub(L::mul(x, L::splat(1.0 / LN_2)), L::splat(0.5)));
     let nf = L::to_f(n);
     let r = L::sub(L::sub(x, L::mul(nf, L::splat(LN2_HI))), L::mul(nf, L::splat(LN2_LO)));
@@ -25,25 +21,25 @@ pub(crate) fn expm1_negative<L: Lanes>(x: L::F) -> L::F {
     }
     // r + r^2 p keeps the leading term exact.
     let e = L::add(r, L::mul(L::mul(r, r), p));
-    let two_n = L::of_bits(L::shl::<23>(L::add_i(n, L::splat_i(127))));
+    (L::of_bits(L::shl::<23>(L::add_i(n, L::splat_i(127)))), e)
+}
+
+/// expm1(x) for x <= 0 (-inf gives -1); NaN gives NaN or -1. Error below 2 units in the last place.
+///
+/// 2^n expm1(r) + (2^n - 1), with x = n ln 2 + r.
+#[inline(always)]
+pub(crate) fn expm1_negative<L: Lanes>(x: L::F) -> L::F {
+    // Below -87 the result is -1 to the last bit; the bound keeps 2^n normal.
+    let (two_n, e) = reduced::<L>(L::max(x, L::splat(-87.0)));
     L::add(L::mul(two_n, e), L::sub(two_n, L::splat(1.0)))
 }
 
-/// exp(x) for x <= 0, through [`expm1_negative`]'s reduction: error below 2 units in the last place, 0 below -87.
+/// exp(x) for x <= 0, through the same reduction: error below 2 units in the last place, 0 below -87.
 #[inline(always)]
 pub(crate) fn exp_negative<L: Lanes>(x: L::F) -> L::F {
     let alive = L::le(L::splat(-87.0), x);
-    let x = L::max(x, L::splat(-87.0));
-    let n = L::trunc(L::sub(L::mul(x, L::splat(1.0 / LN_2)), L::splat(0.5)));
-    let nf = L::to_f(n);
-    let r = L::sub(L::sub(x, L::mul(nf, L::splat(LN2_HI))), L::mul(nf, L::splat(LN2_LO)));
-    let mut p = L::splat(1.0 / 40320.0);
-    for c in [1.0 / 5040.0, 1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5] {
-        p = L::add(L::mul(p, r), L::splat(c));
-    }
-    let e = L::add(L::splat(1.0), L::add(r, L::mul(L::mul(r, r), p)));
-    let two_n = L::of_bits(L::shl::<23>(L::add_i(n, L::splat_i(127))));
-    L::keep(alive, L::mul(two_n, e))
+    let (two_n, e) = reduced::<L>(L::max(x, L::splat(-87.0)));
+    L::keep(alive, L::mul(two_n, L::add(L::splat(1.0), e)))
 }
 
 /// log1p(-a) for a in `[0,1]`; a = 1 gives a number below -1e30 that stands for minus infinity.
