@@ -15,7 +15,7 @@ const FIRST_MOST: u64 = 1024;
 /// Smallest voxel spacings to a slab at the start: features of a voxel's size must not fall between the slices of both counts.
 const SPACINGS: f64 = 2.0;
 /// Slices beyond which no block is refined.
-const MOST: u64 = 1 << 14;
+const MOST: u64 = 1 << 16;
 /// Part of the tolerance aimed at: a difference of two pictures is an estimate of an error, not a bound.
 const AIM: f64 = 0.75;
 /// Part of the tolerance that ending pixels early may use up.
@@ -55,13 +55,9 @@ pub(crate) fn refine(
     render(first, None, &mut coarse)?;
     render(2 * first, None, pixels)?;
     let mut blocks = Blocks { level: vec![1; mask.len()], difference: differences(&coarse, pixels, &mask), factor: vec![1.0, 0.35] };
-    let mut before = f64::INFINITY;
     loop {
         let error: f64 = (0..mask.len()).map(|b| blocks.error(b)).sum();
-        // Rounding, and the table's own error, are a floor that no slices get below.
-        let stuck = error > 0.9 * before;
-        before = error;
-        let chosen = if error <= target || stuck { Vec::new() } else { blocks.choose(target, |level| first << (level + 1) <= MOST) };
+        let chosen = if error <= target { Vec::new() } else { blocks.choose(target, |level| first << (level + 1) <= MOST) };
         if chosen.is_empty() {
             let rms = (error / (3 * pixels.len()) as f64).sqrt();
             return Ok(Reached { error: rms, levels: blocks.levels(first) });
