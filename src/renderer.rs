@@ -4,7 +4,7 @@ use crate::fragment::{Frame, FrameFog};
 use crate::lanes::Level;
 use crate::plan::{self, Layout, Needs, Scaling};
 use crate::proxy::Stack;
-use crate::raster::{BlockMask, Counters, Occupancy, Resolve, Work, render_tiles};
+use crate::raster::{BlockMask, Counters, Occupancy, Resolve, Watch, Work, render_tiles};
 use crate::scene::{Blend, Fog, FogWeighting, Premultiplied, Scene, Slicing, TransferFunction, View};
 use crate::target::Picture;
 use crate::tolerance;
@@ -90,6 +90,12 @@ impl<'v> Renderer<'v> {
     /// [`Error::Invalid`] when the scene's camera cannot be resolved for the volume's box or the settings make no sense,
     /// [`Error::Stopped`] when progress said so.
     pub fn render(&mut self, scene: &Scene) -> Result<(Picture, RenderStats)> {
+        let (picture, stats, ()) = self.render_watched(scene)?;
+        Ok((picture, stats))
+    }
+
+    /// As [`Renderer::render`], while `W` looks on.
+    pub(crate) fn render_watched<W: Watch>(&mut self, scene: &Scene) -> Result<(Picture, RenderStats, W)> {
         let pool = match self.pool.take() {
             Some(pool) => pool,
             None => make_pool(self.settings.threads)?,
@@ -99,8 +105,11 @@ impl<'v> Renderer<'v> {
         result
     }
 
-    /// As [`Renderer::render`], on the current thread pool.
-    fn render_here(&mut self, scene: &Scene) -> Result<(Picture, RenderStats)> {
+    /// As [`Renderer::render_watched`], on the current thread pool.
+    fn render_here<W: Watch>(&mut self, scene: &Scene) -> Result<(Picture, RenderStats, W)> {
+        if scene.method() != crate::scene::Method::default() {
+            return Err(Error::invalid("this method is not offered yet"));
+        }
         if self.settings.tile == Some(0) {
             return Err(Error::invalid("tile 0: a tile has at least one pixel"));
         }
@@ -119,10 +128,11 @@ impl<'v> Renderer<'v> {
         let view = scene.camera().resolve(volume.grid(), width, height)?;
         let mut warnings = Vec::new();
         let mut estimate = None;
+        let mut watch = W::default();
         let mut pixels = canvas(width, height)?;
         let mut done = match scene.slicing() {
             Slicing::Tolerance(tolerance) => {
-                let (done, error) = self.adapt(tolerance, scene, &view, &mut pixels, &mut clock)?;
+                let (done, error) = self.adapt(tolerance, scene, &view, &mut pixels, &mut clock, &mut watch)?;
                 if error > tolerance {
                     warnings.push(format!(
                         "tolerance {tolerance} is out of reach: {} slices leave an estimated error of {error:.2e}",
@@ -134,7 +144,7 @@ impl<'v> Renderer<'v> {
             }
             slicing => {
                 let count = slice_count(slicing, volume, &view)?;
-                self.frame(scene, &view, count, scene.terminate(), None, &mut pixels, &mut clock)?
+                self.frame(scene, &view, count, scene.terminate(), None, &mut pixels, &mut clock, &mut watch)?
             }
         };
         if done.slices == 0 {
@@ -161,17 +171,18 @@ impl<'v> Renderer<'v> {
             non_finite_voxels: non_finite,
             warnings,
         };
-        Ok((Picture::new(width, height, pixels), stats))
+        Ok((Picture::new(width, height, pixels), stats, watch))
     }
 
     /// `pixels` to `tolerance`, each block in as many slices as it needs; and the error estimated.
-    fn adapt(
+    fn adapt<W: Watch>(
         &mut self,
         tolerance: f64,
         scene: &Scene,
         view: &View,
         pixels: &mut Vec<[f32; 4]>,
         clock: &mut Clock,
+        watch: &mut W,
     ) -> Result<(Finished, f64)> {
         let grid = self.volume.grid();
         let depth = Stack::depth_range(grid, view).map_or(0.0, |(near, far)| far - near);
@@ -179,7 +190,7 @@ impl<'v> Renderer<'v> {
         let terminate = tolerance::terminate(scene.terminate(), tolerance);
         let mut done: Option<Finished> = None;
         let reached = tolerance::refine(tolerance, first, view.width as usize, pixels, |count, blocks, pixels| {
-            let part = self.frame(scene, view, count, terminate, blocks, pixels, clock)?;
+            let part = self.frame(scene, view, count, terminate, blocks, pixels, clock, watch)?;
             match &mut done {
                 Some(done) => done.add(&part),
                 None => done = Some(part),
@@ -198,7 +209,7 @@ impl<'v> Renderer<'v> {
         clippy::too_many_arguments,
         reason = "what one frame is of, how fine, where it goes; a struct would be made and taken apart at once"
     )]
-    fn frame(
+    fn frame<W: Watch>(
         &mut self,
         scene: &Scene,
         view: &View,
@@ -207,6 +218,7 @@ impl<'v> Renderer<'v> {
         blocks: Option<&BlockMask>,
         pixels: &mut [[f32; 4]],
         clock: &mut Clock,
+        watch: &mut W,
     ) -> Result<Finished> {
         let volume = self.volume;
         let Some(VolumeData { bricks, packed, scaling }) = &self.volume_data else {
@@ -251,7 +263,9 @@ impl<'v> Renderer<'v> {
             pixels.fill(resolve.background());
         } else {
             let tile = self.settings.tile.unwrap_or(TILE);
-            counters = render_tiles(&work, &resolve, tile, pixels, blocks, self.settings.progress.as_deref())?;
+            let seen;
+            (counters, seen) = render_tiles(&work, &resolve, tile, pixels, blocks, self.settings.progress.as_deref())?;
+            watch.merge(seen);
         }
         let planned = plan::planned(scene, volume, &needs);
         let visible_share = needs.skip.then(|| transfer_data.occupancy.share());

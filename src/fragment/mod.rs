@@ -31,7 +31,13 @@ pub(crate) use span::Span;
 pub(crate) use texcoord::{Texcoord, TexcoordFar};
 
 /// One stage, compiled for one instruction set.
-pub(crate) type Stage<'v> = fn(&Frame<'v>, &mut Batch);
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Stage<'v> {
+    /// The stage's name: that of its place in the chain above.
+    pub(crate) name: &'static str,
+    /// Takes a batch through the stage.
+    pub(crate) run: fn(&Frame<'v>, &mut Batch),
+}
 
 #[cfg(test)]
 mod tests;

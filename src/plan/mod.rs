@@ -126,52 +126,71 @@ impl Needs {
 
     /// The stages, compiled for `level`.
     pub(crate) fn stages<'v>(&self, volume: &Volume, packed: bool, scaling: &Scaling, level: Level) -> Stages<'v> {
+        let stage = |name: &'static str, run: fn(&Frame<'v>, &mut Batch)| Stage { name, run };
         let mut middle: Vec<Stage<'v>> = Vec::new();
-        middle.push(if self.far { level.kernel::<TexcoordFar, _, _>() } else { level.kernel::<Texcoord, _, _>() });
+        middle.push(stage("texcoord", if self.far { level.kernel::<TexcoordFar, _, _>() } else { level.kernel::<Texcoord, _, _>() }));
         // Pairs along x need two voxels there.
         let pairs = !self.far && scaling.to_f32.is_none() && volume.grid().dims()[0] > 1;
-        middle.push(match volume.voxels().voxel_type() {
-            VoxelType::U8 | VoxelType::I8 if pairs && packed => level.kernel::<FetchPacked8, _, _>(),
-            VoxelType::U8 | VoxelType::I8 if pairs => level.kernel::<FetchPairs8, _, _>(),
-            VoxelType::U16 | VoxelType::I16 if pairs => level.kernel::<FetchPairs16, _, _>(),
-            _ if self.far => level.kernel::<FetchAny<true>, _, _>(),
-            _ => level.kernel::<FetchAny<false>, _, _>(),
-        });
+        middle.push(stage(
+            "fetch",
+            match volume.voxels().voxel_type() {
+                VoxelType::U8 | VoxelType::I8 if pairs && packed => level.kernel::<FetchPacked8, _, _>(),
+                VoxelType::U8 | VoxelType::I8 if pairs => level.kernel::<FetchPairs8, _, _>(),
+                VoxelType::U16 | VoxelType::I16 if pairs => level.kernel::<FetchPairs16, _, _>(),
+                _ if self.far => level.kernel::<FetchAny<true>, _, _>(),
+                _ => level.kernel::<FetchAny<false>, _, _>(),
+            },
+        ));
         if self.guard {
-            middle.push(level.kernel::<Guard, _, _>());
+            middle.push(stage("guard", level.kernel::<Guard, _, _>()));
         }
         let colors = matches!(self.blend, BlendKind::Over | BlendKind::Add);
         if colors {
-            middle.push(if self.split_scale { level.kernel::<Classify<true>, _, _>() } else { level.kernel::<Classify<false>, _, _>() });
+            middle.push(stage(
+                "classify",
+                if self.split_scale { level.kernel::<Classify<true>, _, _>() } else { level.kernel::<Classify<false>, _, _>() },
+            ));
         }
-        let fog: Option<Stage<'v>> = self.fog.map(|distance| match distance {
-            FogDistance::Planar => level.kernel::<FogPlanar, _, _>(),
-            FogDistance::Radial => level.kernel::<FogRadial, _, _>(),
+        let fog: Option<Stage<'v>> = self.fog.map(|distance| {
+            stage(
+                "fog",
+                match distance {
+                    FogDistance::Planar => level.kernel::<FogPlanar, _, _>(),
+                    FogDistance::Radial => level.kernel::<FogRadial, _, _>(),
+                },
+            )
         });
-        let blend: Stage<'v> = match (self.blend, self.order) {
-            (BlendKind::Over, Order::FrontToBack) if self.terminate => level.kernel::<BlendFront<true>, _, _>(),
-            (BlendKind::Over, Order::FrontToBack) => level.kernel::<BlendFront<false>, _, _>(),
-            (BlendKind::Over, Order::BackToFront) => level.kernel::<BlendBack, _, _>(),
-            (BlendKind::Add, _) => level.kernel::<ProjectAdd, _, _>(),
-            (BlendKind::Max, _) => level.kernel::<ProjectMax, _, _>(),
-            (BlendKind::Min, _) => level.kernel::<ProjectMin, _, _>(),
-            (BlendKind::Average, _) => level.kernel::<ProjectAverage, _, _>(),
-            (BlendKind::Lmip, _) => level.kernel::<ProjectLmip, _, _>(),
-            (BlendKind::Iso, _) => level.kernel::<ProjectIso, _, _>(),
-        };
+        let blend = stage(
+            "blend",
+            match (self.blend, self.order) {
+                (BlendKind::Over, Order::FrontToBack) if self.terminate => level.kernel::<BlendFront<true>, _, _>(),
+                (BlendKind::Over, Order::FrontToBack) => level.kernel::<BlendFront<false>, _, _>(),
+                (BlendKind::Over, Order::BackToFront) => level.kernel::<BlendBack, _, _>(),
+                (BlendKind::Add, _) => level.kernel::<ProjectAdd, _, _>(),
+                (BlendKind::Max, _) => level.kernel::<ProjectMax, _, _>(),
+                (BlendKind::Min, _) => level.kernel::<ProjectMin, _, _>(),
+                (BlendKind::Average, _) => level.kernel::<ProjectAverage, _, _>(),
+                (BlendKind::Lmip, _) => level.kernel::<ProjectLmip, _, _>(),
+                (BlendKind::Iso, _) => level.kernel::<ProjectIso, _, _>(),
+            },
+        );
         let finish = |correct: bool, mask: bool| {
             let mut list = middle.clone();
             if correct && colors {
-                list.push(level.kernel::<Correct, _, _>());
+                list.push(stage("correct", level.kernel::<Correct, _, _>()));
             }
             list.extend(fog);
             if mask && colors {
-                list.push(level.kernel::<MaskStage, _, _>());
+                list.push(stage("mask", level.kernel::<MaskStage, _, _>()));
             }
             list.push(blend);
             list
         };
-        Stages { span: level.kernel::<Span, _, _>(), whole: finish(self.perspective, self.guard), partial: finish(true, true) }
+        Stages {
+            span: stage("span", level.kernel::<Span, _, _>()),
+            whole: finish(self.perspective, self.guard),
+            partial: finish(true, true),
+        }
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::beam::{Beams, BlockRange};
 use super::occupancy::{Content, Occupancy};
+use super::watch::Watch;
 use crate::fragment::batch::{BATCH, SIDE};
 use crate::fragment::{Batch, Frame, Stage};
 use crate::proxy::Stack;
@@ -125,13 +126,14 @@ impl Placing {
 }
 
 /// Renders the block at pixel (x0,y0) into `batch.pixels`; false when no slice covers it.
-pub(crate) fn render(
+pub(crate) fn render<W: Watch>(
     work: &Work<'_, '_>,
     beams: &Beams<'_>,
     (x0, y0): (u32, u32),
     inside: impl Fn(usize) -> bool,
     batch: &mut Batch,
     counters: &mut Counters,
+    watch: &mut W,
 ) -> bool {
     let range = beams.block(x0, y0, inside, &mut batch.pixels);
     counters.fragments += range.fragments;
@@ -146,29 +148,32 @@ pub(crate) fn render(
     batch.cells.strides = work.frame.strides;
     batch.length = batch.pixels.slant;
     let placing = Placing::new(work.stack, f64::from(x0) + 0.5, f64::from(y0) + 0.5);
-    let mut march =
-        March { work, range, placing, batch, counters, whole_lengths: true, window: (f64::from(x0) + 0.5, f64::from(y0) + 0.5) };
+    watch.block(x0, y0, batch);
+    let window = (f64::from(x0) + 0.5, f64::from(y0) + 0.5);
+    let mut march = March { work, range, placing, batch, counters, watch, whole_lengths: true, window };
     march.slices(range.any.0, range.any.1 + 1, false);
     true
 }
 
 /// A block's way through its slices.
-struct March<'m, 'f, 'v> {
+struct March<'m, 'f, 'v, W> {
     work: &'m Work<'f, 'v>,
     range: BlockRange,
     placing: Placing,
     batch: &'m mut Batch,
     counters: &'m mut Counters,
+    watch: &'m mut W,
     /// Whether `batch.length` holds whole slabs.
     whole_lengths: bool,
     window: (f64, f64),
 }
 
-impl March<'_, '_, '_> {
+impl<W: Watch> March<'_, '_, '_, W> {
     /// Slices `from..to` in the scene's order, halved until a part is empty, visible throughout, or a single slice.
     fn slices(&mut self, from: i64, to: i64, visible: bool) {
         if !self.batch.pixels.alive {
             self.counters.finished += (to - from) as u64;
+            self.watch.skipped(from, to, true);
             return;
         }
         let mut visible = visible;
@@ -177,6 +182,7 @@ impl March<'_, '_, '_> {
             match occupancy.content(lo, hi) {
                 Content::Empty => {
                     self.counters.empty += (to - from) as u64;
+                    self.watch.skipped(from, to, false);
                     return;
                 }
                 Content::Full => visible = true,
@@ -192,6 +198,8 @@ impl March<'_, '_, '_> {
                 k += 1;
                 if !self.batch.pixels.alive {
                     self.counters.finished += (to - k) as u64;
+                    let (from, to) = if self.work.order == Order::FrontToBack { (k, to) } else { (from, from + to - k) };
+                    self.watch.skipped(from, to, true);
                     return;
                 }
             }
@@ -217,6 +225,7 @@ impl March<'_, '_, '_> {
             batch.fog = fog.factor(depth) as f32;
         }
         self.placing.place(depth, work.frame, batch);
+        self.watch.slice(work.frame, batch);
         self.counters.batches += 1;
         self.counters.fetches += BATCH as u64;
         if k >= self.range.whole.0 && k <= self.range.whole.1 {
@@ -227,10 +236,11 @@ impl March<'_, '_, '_> {
                 self.whole_lengths = true;
             }
             for stage in &work.whole {
-                stage(work.frame, batch);
+                (stage.run)(work.frame, batch);
+                self.watch.stage(stage.name, work.frame, batch);
             }
         } else {
-            (work.span)(work.frame, batch);
+            (work.span.run)(work.frame, batch);
             self.whole_lengths = false;
             let mut doubt = batch.pixels.doubt & batch.mask;
             while doubt != 0 {
@@ -241,8 +251,10 @@ impl March<'_, '_, '_> {
                     batch.mask &= !(1 << i);
                 }
             }
+            self.watch.stage(work.span.name, work.frame, batch);
             for stage in &work.partial {
-                stage(work.frame, batch);
+                (stage.run)(work.frame, batch);
+                self.watch.stage(stage.name, work.frame, batch);
             }
         }
     }

@@ -10,8 +10,10 @@ mod block;
 mod occupancy;
 mod resolve;
 mod tiles;
+mod watch;
 
 pub(crate) use block::{Counters, Work};
 pub(crate) use occupancy::Occupancy;
 pub(crate) use resolve::Resolve;
 pub(crate) use tiles::{BlockMask, render_tiles};
+pub(crate) use watch::Watch;

@@ -3,6 +3,7 @@
 use super::beam::Beams;
 use super::block::{self, Counters, Work};
 use super::resolve::Resolve;
+use super::watch::Watch;
 use crate::fragment::Batch;
 use crate::fragment::batch::SIDE;
 use crate::scene::FogDistance;
@@ -74,39 +75,41 @@ fn cut(pixels: &mut [[f32; 4]], width: usize, side: usize) -> Vec<Tile<'_>> {
 }
 
 /// Renders all tiles of `side` pixels into `pixels` on the current thread pool; with a mask, its blocks alone.
-pub(crate) fn render_tiles(
+pub(crate) fn render_tiles<W: Watch>(
     work: &Work<'_, '_>,
     resolve: &Resolve<'_>,
     side: u32,
     pixels: &mut [[f32; 4]],
     blocks: Option<&BlockMask>,
     progress: Option<&dyn Progress>,
-) -> Result<Counters> {
+) -> Result<(Counters, W)> {
     let beams = Beams::new(work.stack, work.fog.is_some_and(|f| f.distance() == FogDistance::Radial));
     let mut tiles = cut(pixels, work.stack.view.width as usize, side as usize);
     let (total, done, stopped) = (tiles.len() as u64, AtomicU64::new(0), AtomicBool::new(false));
-    let counters = tiles
+    let seen = tiles
         .par_iter_mut()
         .map_init(Batch::new, |batch, tile| {
-            let mut counters = Counters::default();
+            let (mut counters, mut watch) = (Counters::default(), W::default());
             if stopped.load(Ordering::Relaxed) {
-                return counters;
+                return (counters, watch);
             }
-            render_tile(work, &beams, resolve, blocks, tile, batch, &mut counters);
+            render_tile(work, &beams, resolve, blocks, tile, batch, &mut counters, &mut watch);
             let done = done.fetch_add(1, Ordering::Relaxed) + 1;
             if progress.is_some_and(|p| !p.step("rendering", done, total)) {
                 stopped.store(true, Ordering::Relaxed);
             }
-            counters
+            (counters, watch)
         })
-        .reduce(Counters::default, |mut a, b| {
-            a.add(&b);
+        .reduce(Default::default, |mut a, b| {
+            a.0.add(&b.0);
+            a.1.merge(b.1);
             a
         });
-    if stopped.into_inner() { Err(Error::Stopped) } else { Ok(counters) }
+    if stopped.into_inner() { Err(Error::Stopped) } else { Ok(seen) }
 }
 
-fn render_tile(
+#[allow(clippy::too_many_arguments, reason = "what all tiles share, and what a thread has of its own")]
+fn render_tile<W: Watch>(
     work: &Work<'_, '_>,
     beams: &Beams<'_>,
     resolve: &Resolve<'_>,
@@ -114,6 +117,7 @@ fn render_tile(
     tile: &mut Tile<'_>,
     batch: &mut Batch,
     counters: &mut Counters,
+    watch: &mut W,
 ) {
     let (x0, y0) = (tile.x as usize, tile.y as usize);
     let (x1, y1) = (x0 + tile.rows.first().map_or(0, |r| r.len()), y0 + tile.rows.len());
@@ -123,7 +127,7 @@ fn render_tile(
                 continue;
             }
             let inside = |i: usize| (x0..x1).contains(&(bx + i % SIDE)) && (y0..y1).contains(&(by + i / SIDE));
-            let covered = block::render(work, beams, (bx as u32, by as u32), inside, batch, counters);
+            let covered = block::render(work, beams, (bx as u32, by as u32), inside, batch, counters, watch);
             for y in by.max(y0)..(by + SIDE).min(y1) {
                 for x in bx.max(x0)..(bx + SIDE).min(x1) {
                     let i = (y - by) * SIDE + (x - bx);

@@ -8,6 +8,7 @@ mod colormap;
 mod file;
 mod fog;
 mod looks;
+mod method;
 pub mod preset;
 mod transfer;
 
@@ -18,6 +19,7 @@ pub use colormap::ColorMap;
 #[cfg(feature = "scene-file")]
 pub use file::{Key, KeyKind, Overrides, SceneFile, keys, schema};
 pub use fog::{Fog, FogDistance, FogMode, FogWeighting};
+pub use method::{Accumulation, Classification, Ends, Filter, Method, SampleAt, SlabForm, Target};
 pub use preset::Preset;
 pub use transfer::TransferFunction;
 
@@ -96,6 +98,7 @@ pub struct Scene {
     fog_background: bool,
     clip_planes: Vec<ClipPlane>,
     blend: Blend,
+    method: Method,
 }
 
 impl Scene {
@@ -115,6 +118,7 @@ impl Scene {
             fog_background: false,
             clip_planes: Vec::new(),
             blend: Blend::Over,
+            method: Method::default(),
         }
     }
 
@@ -251,6 +255,16 @@ impl Scene {
         Ok(self)
     }
 
+    /// The scene integrated another way.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for choices that exclude each other.
+    pub fn with_method(mut self, method: Method) -> Result<Self> {
+        method.check()?;
+        self.method = method;
+        Ok(self)
+    }
+
     /// The camera.
     pub fn camera(&self) -> &Camera {
         &self.camera
@@ -309,5 +323,10 @@ impl Scene {
     /// How fragments combine.
     pub fn blend(&self) -> Blend {
         self.blend
+    }
+
+    /// How rays are integrated.
+    pub fn method(&self) -> Method {
+        self.method
     }
 }

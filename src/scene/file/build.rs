@@ -5,8 +5,8 @@ use super::table::nearest;
 use super::{Document, Place, Places};
 use crate::scene::preset::{Landmarks, Preset, looks_hounsfield_plus_1024};
 use crate::scene::{
-    Blend, Camera, ClipPlane, ColorMap, Fog, FogDistance, FogMode, FogWeighting, Order, Placement, Projection, Scene, Slicing, Straight,
-    TransferFunction,
+    Accumulation, Blend, Camera, Classification, ClipPlane, ColorMap, Ends, Filter, Fog, FogDistance, FogMode, FogWeighting, Method, Order,
+    Placement, Projection, SampleAt, Scene, SlabForm, Slicing, Straight, Target, TransferFunction,
 };
 use crate::volume::io::{Endian, RawSpec};
 use crate::volume::phantom::Phantom;
@@ -45,12 +45,9 @@ impl Builder<'_> {
 
     /// Keys that a scene file may have but that no stage renders. Each line goes when its stage comes.
     fn not_offered(&self) -> Result<()> {
-        let (t, r) = (&self.document.transfer, &self.document.render);
+        let r = &self.document.render;
         let missing = [
-            ("transfer.classification", "pre", t.classification == Some(ClassificationKey::Pre)),
-            ("transfer.classification", "pre-integrated", t.classification == Some(ClassificationKey::PreIntegrated)),
             ("render.profile", "opengl", r.profile == Some(ProfileKey::Opengl)),
-            ("render.target", "unorm8", r.target == Some(TargetKey::Unorm8)),
             ("render.linear_light", "true", r.linear_light == Some(true)),
         ];
         missing.iter().find(|m| m.2).map_or(Ok(()), |(key, value, _)| Err(self.error(key, format!("\"{value}\" is not offered yet"))))
@@ -212,11 +209,35 @@ impl Builder<'_> {
         if let Some(t) = d.slices.terminate {
             scene = scene.with_terminate(t as f32)?;
         }
+        scene = scene.with_method(self.method())?;
         let fog = self.fog()?;
         scene = scene.with_fogged_background(d.fog.background == Some(true)).with_fog(fog);
         let planes: Result<Vec<ClipPlane>> = d.clip.iter().map(|c| ClipPlane::new(DVec3::from_array(c.normal), c.offset)).collect();
         scene = scene.with_clip_planes(planes?)?;
         scene.with_blend(self.blend()?)
+    }
+
+    fn method(&self) -> Method {
+        let (t, s, r) = (&self.document.transfer, &self.document.slices, &self.document.render);
+        Method {
+            classification: match t.classification {
+                None | Some(ClassificationKey::Post) => Classification::Post,
+                Some(ClassificationKey::Pre) => Classification::Pre,
+                Some(ClassificationKey::PreIntegrated) => Classification::PreIntegrated,
+                Some(ClassificationKey::SecondOrder) => Classification::SecondOrder,
+            },
+            filter: if r.filter == Some(FilterKey::Nearest) { Filter::Nearest } else { Filter::Linear },
+            slab: if s.slab == Some(SlabKey::Riemann) { SlabForm::Riemann } else { SlabForm::Exponential },
+            sample: if s.sample == Some(SampleKey::End) { SampleAt::End } else { SampleAt::Center },
+            ends: if s.ends == Some(EndsKey::Whole) { Ends::Whole } else { Ends::Partial },
+            target: if r.target == Some(TargetKey::Unorm8) { Target::Unorm8 } else { Target::F32 },
+            accumulation: match s.accumulation {
+                None | Some(AccumulationKey::Auto) => Accumulation::Auto,
+                Some(AccumulationKey::Plain) => Accumulation::Plain,
+                Some(AccumulationKey::Compensated) => Accumulation::Compensated,
+            },
+            extrapolate: s.extrapolate == Some(true),
+        }
     }
 
     fn fog(&self) -> Result<Option<Fog>> {

@@ -119,7 +119,8 @@ pub(super) struct TransferKeys {
     pub opacity: Option<Vec<[f64; 2]>>,
     /// Length that opacities refer to, world units; the smallest voxel spacing or the preset's own unless given.
     pub opacity_unit: Option<f64>,
-    /// Interpolate and then classify (post, the default), classify first (pre), or integrate over slabs (pre-integrated).
+    /// Interpolate and then classify (post, the default), classify first (pre), or integrate over slabs (pre-integrated, or
+    /// second-order, which knows the values' curvature too).
     pub classification: Option<ClassificationKey>,
 }
 
@@ -136,6 +137,16 @@ pub(super) struct SliceKeys {
     pub order: Option<OrderKey>,
     /// Transmittance below which a pixel is finished; 1/1024 unless given, 0 = never.
     pub terminate: Option<f64>,
+    /// Opacity of a slab: exponential (1 - exp(-kappa L), the default) or riemann (kappa L, for comparison).
+    pub slab: Option<SlabKey>,
+    /// Where in its slab a value is taken: center (the default) or end (for comparison).
+    pub sample: Option<SampleKey>,
+    /// What the outermost fragments stand for: partial slabs (the default) or whole ones, as in OpenGL.
+    pub ends: Option<EndsKey>,
+    /// Sums over slices: auto (the default), plain, or compensated, which a million slices need.
+    pub accumulation: Option<AccumulationKey>,
+    /// Whether pictures of N and 2 N slices are extrapolated to infinitely many.
+    pub extrapolate: Option<bool>,
 }
 
 #[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
@@ -164,6 +175,8 @@ pub(super) struct FogKeys {
 pub(super) struct RenderKeys {
     /// Exact slabs (accurate, the default) or what an OpenGL 1.x driver does (opengl).
     pub profile: Option<ProfileKey>,
+    /// What a lookup between voxels gives: linear interpolation (the default) or the nearest voxel.
+    pub filter: Option<FilterKey>,
     /// Numbers that fragments are blended in; f32 unless given.
     pub target: Option<TargetKey>,
     /// How fragments of a pixel combine; over unless given.
@@ -203,7 +216,12 @@ choices! {
     EndianKey { Little, Big }
     ModalityKey { Ct, Mr }
     ProjectionKey { Orthographic, Perspective }
-    ClassificationKey { Post, Pre, PreIntegrated }
+    ClassificationKey { Post, Pre, PreIntegrated, SecondOrder }
+    SlabKey { Exponential, Riemann }
+    SampleKey { Center, End }
+    EndsKey { Partial, Whole }
+    AccumulationKey { Auto, Plain, Compensated }
+    FilterKey { Linear, Nearest }
     OrderKey { FrontToBack, BackToFront }
     FogModeKey { None, Linear, Exp, Exp2 }
     FogDistanceKey { Planar, Radial }

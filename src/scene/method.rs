@@ -1,0 +1,143 @@
+//! How a ray's integral is turned into sums: what is sampled where, what a slab is taken for, and in what numbers slabs add up.
+//!
+//! The default is the best of them for most scenes; the others are for comparison, for teaching, and for the scenes they suit.
+
+use crate::{Error, Result};
+
+/// When values become colours.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Classification {
+    /// Interpolate between voxels, then classify the value.
+    #[default]
+    Post,
+    /// Classify the voxels, then interpolate premultiplied colours: what textures of colours do.
+    Pre,
+    /// Integrate the transfer function over each slab, between the values on its two sides: a table over both of them.
+    PreIntegrated,
+    /// As [`Classification::PreIntegrated`], with the values' curvature along the ray taken into account.
+    SecondOrder,
+}
+
+/// What a lookup between voxels gives.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Filter {
+    /// Trilinear interpolation of the eight voxels around.
+    #[default]
+    Linear,
+    /// The nearest voxel.
+    Nearest,
+}
+
+/// What a slab's extinction kappa and length L become.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum SlabForm {
+    /// Opacity 1 - exp(-kappa L): exact for constant kappa, stable for any.
+    #[default]
+    Exponential,
+    /// Opacity kappa L, the explicit Euler step: of first order; past kappa L = 1 weights turn negative, past 2 they grow.
+    Riemann,
+}
+
+/// Where in its slab a value is taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum SampleAt {
+    /// In the middle: of second order.
+    #[default]
+    Center,
+    /// At the far side: of first order.
+    End,
+}
+
+/// What the outermost fragments of a pixel stand for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Ends {
+    /// The ray's way from the box's face to the next slab: the pieces add up to the ray's path through the box.
+    #[default]
+    Partial,
+    /// Whole slabs, as in OpenGL: of first order.
+    Whole,
+}
+
+/// Numbers that fragments are blended in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Target {
+    /// 32-bit floats.
+    #[default]
+    F32,
+    /// 8 bits a component, 0 to 1, rounded to nearest after every blend.
+    Unorm8,
+}
+
+/// How sums over many slices are kept in f32.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Accumulation {
+    /// Compensated from [`Accumulation::MANY`] slices on, plain below.
+    #[default]
+    Auto,
+    /// One f32 a component: errors grow with the number of slices, and opacities below 2^-25 vanish.
+    Plain,
+    /// An f32 and what it has lost so far: as good for a million slices as for ten.
+    Compensated,
+}
+
+impl Accumulation {
+    /// Slices from which [`Accumulation::Auto`] compensates.
+    pub const MANY: u64 = 2048;
+}
+
+/// All of these choices together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Method {
+    /// When values become colours.
+    pub classification: Classification,
+    /// What a lookup between voxels gives.
+    pub filter: Filter,
+    /// What a slab's extinction becomes.
+    pub slab: SlabForm,
+    /// Where in its slab a value is taken.
+    pub sample: SampleAt,
+    /// What the outermost fragments stand for.
+    pub ends: Ends,
+    /// Numbers that fragments are blended in.
+    pub target: Target,
+    /// How sums are kept.
+    pub accumulation: Accumulation,
+    /// Whether pictures of N and 2 N slices are extrapolated to infinitely many (Richardson), by the method's order.
+    pub extrapolate: bool,
+}
+
+impl Method {
+    /// Whether values on both sides of a slab are looked at.
+    pub fn is_pre_integrated(&self) -> bool {
+        matches!(self.classification, Classification::PreIntegrated | Classification::SecondOrder)
+    }
+
+    /// Order of the error in the thickness of slabs, on smooth scenes: 1, 2 or 3.
+    pub fn order(&self) -> u32 {
+        let first =
+            self.ends == Ends::Whole || self.sample == SampleAt::End || self.slab == SlabForm::Riemann || self.filter == Filter::Nearest;
+        match self.classification {
+            _ if first => 1,
+            Classification::SecondOrder => 3,
+            Classification::Post | Classification::Pre | Classification::PreIntegrated => 2,
+        }
+    }
+
+    /// # Errors
+    /// [`Error::Invalid`] for choices that exclude each other.
+    pub(super) fn check(&self) -> Result<()> {
+        if self.is_pre_integrated() && self.slab == SlabForm::Riemann {
+            return Err(Error::invalid("slices slab riemann: pre-integrated slabs are integrals already; choose exponential"));
+        }
+        if self.is_pre_integrated() && self.sample == SampleAt::End {
+            return Err(Error::invalid("slices sample end: pre-integrated slabs are sampled on both sides; choose center"));
+        }
+        if self.target == Target::Unorm8 && self.extrapolate {
+            return Err(Error::invalid("slices extrapolate: rounding to 8 bits leaves no series to extrapolate; choose target f32"));
+        }
+        if self.target == Target::Unorm8 && self.accumulation == Accumulation::Compensated {
+            return Err(Error::invalid("slices accumulation compensated: is for target f32"));
+        }
+        Ok(())
+    }
+}
