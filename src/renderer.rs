@@ -90,23 +90,23 @@ impl<'v> Renderer<'v> {
     /// [`Error::Invalid`] when the scene's camera cannot be resolved for the volume's box or the settings make no sense,
     /// [`Error::Stopped`] when progress said so.
     pub fn render(&mut self, scene: &Scene) -> Result<(Picture, RenderStats)> {
-        let (picture, stats, ()) = self.render_watched(scene)?;
+        let (picture, stats, ()) = self.render_watched(scene, ())?;
         Ok((picture, stats))
     }
 
-    /// As [`Renderer::render`], while `W` looks on.
-    pub(crate) fn render_watched<W: Watch>(&mut self, scene: &Scene) -> Result<(Picture, RenderStats, W)> {
+    /// As [`Renderer::render`], while `watch` looks on.
+    pub(crate) fn render_watched<W: Watch>(&mut self, scene: &Scene, watch: W) -> Result<(Picture, RenderStats, W)> {
         let pool = match self.pool.take() {
             Some(pool) => pool,
             None => make_pool(self.settings.threads)?,
         };
-        let result = pool.install(|| self.render_here(scene));
+        let result = pool.install(|| self.render_here(scene, watch));
         self.pool = Some(pool);
         result
     }
 
     /// As [`Renderer::render_watched`], on the current thread pool.
-    fn render_here<W: Watch>(&mut self, scene: &Scene) -> Result<(Picture, RenderStats, W)> {
+    fn render_here<W: Watch>(&mut self, scene: &Scene, mut watch: W) -> Result<(Picture, RenderStats, W)> {
         if scene.method() != crate::scene::Method::default() {
             return Err(Error::invalid("this method is not offered yet"));
         }
@@ -128,7 +128,6 @@ impl<'v> Renderer<'v> {
         let view = scene.camera().resolve(volume.grid(), width, height)?;
         let mut warnings = Vec::new();
         let mut estimate = None;
-        let mut watch = W::default();
         let mut pixels = canvas(width, height)?;
         let mut done = match scene.slicing() {
             Slicing::Tolerance(tolerance) => {
@@ -264,7 +263,7 @@ impl<'v> Renderer<'v> {
         } else {
             let tile = self.settings.tile.unwrap_or(TILE);
             let seen;
-            (counters, seen) = render_tiles(&work, &resolve, tile, pixels, blocks, self.settings.progress.as_deref())?;
+            (counters, seen) = render_tiles(&work, &resolve, tile, pixels, blocks, self.settings.progress.as_deref(), watch)?;
             watch.merge(seen);
         }
         let planned = plan::planned(scene, volume, &needs);

@@ -148,10 +148,14 @@ pub(crate) fn render<W: Watch>(
     batch.cells.strides = work.frame.strides;
     batch.length = batch.pixels.slant;
     let placing = Placing::new(work.stack, f64::from(x0) + 0.5, f64::from(y0) + 0.5);
-    watch.block(x0, y0, batch);
+    watch.block(work.stack, x0, y0, batch);
+    let slices = watch.slices(range.any.0..range.any.1 + 1);
     let window = (f64::from(x0) + 0.5, f64::from(y0) + 0.5);
     let mut march = March { work, range, placing, batch, counters, watch, whole_lengths: true, window };
-    march.slices(range.any.0, range.any.1 + 1, false);
+    if !slices.is_empty() {
+        march.slices(slices.start, slices.end, false);
+    }
+    watch.done(batch);
     true
 }
 

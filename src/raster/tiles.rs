@@ -75,6 +75,7 @@ fn cut(pixels: &mut [[f32; 4]], width: usize, side: usize) -> Vec<Tile<'_>> {
 }
 
 /// Renders all tiles of `side` pixels into `pixels` on the current thread pool; with a mask, its blocks alone.
+/// Onlookers are made after `watch`.
 pub(crate) fn render_tiles<W: Watch>(
     work: &Work<'_, '_>,
     resolve: &Resolve<'_>,
@@ -82,6 +83,7 @@ pub(crate) fn render_tiles<W: Watch>(
     pixels: &mut [[f32; 4]],
     blocks: Option<&BlockMask>,
     progress: Option<&dyn Progress>,
+    watch: &W,
 ) -> Result<(Counters, W)> {
     let beams = Beams::new(work.stack, work.fog.is_some_and(|f| f.distance() == FogDistance::Radial));
     let mut tiles = cut(pixels, work.stack.view.width as usize, side as usize);
@@ -89,7 +91,7 @@ pub(crate) fn render_tiles<W: Watch>(
     let seen = tiles
         .par_iter_mut()
         .map_init(Batch::new, |batch, tile| {
-            let (mut counters, mut watch) = (Counters::default(), W::default());
+            let (mut counters, mut watch) = (Counters::default(), watch.fresh());
             if stopped.load(Ordering::Relaxed) {
                 return (counters, watch);
             }
@@ -100,11 +102,14 @@ pub(crate) fn render_tiles<W: Watch>(
             }
             (counters, watch)
         })
-        .reduce(Default::default, |mut a, b| {
-            a.0.add(&b.0);
-            a.1.merge(b.1);
-            a
-        });
+        .reduce(
+            || (Counters::default(), watch.fresh()),
+            |mut a, b| {
+                a.0.add(&b.0);
+                a.1.merge(b.1);
+                a
+            },
+        );
     if stopped.into_inner() { Err(Error::Stopped) } else { Ok(seen) }
 }
 
@@ -123,7 +128,7 @@ fn render_tile<W: Watch>(
     let (x1, y1) = (x0 + tile.rows.first().map_or(0, |r| r.len()), y0 + tile.rows.len());
     for by in (y0 / SIDE * SIDE..y1).step_by(SIDE) {
         for bx in (x0 / SIDE * SIDE..x1).step_by(SIDE) {
-            if blocks.is_some_and(|m| !m.takes(bx / SIDE, by / SIDE)) {
+            if blocks.is_some_and(|m| !m.takes(bx / SIDE, by / SIDE)) || !watch.wants(bx as u32, by as u32) {
                 continue;
             }
             let inside = |i: usize| (x0..x1).contains(&(bx + i % SIDE)) && (y0..y1).contains(&(by + i / SIDE));

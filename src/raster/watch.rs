@@ -3,12 +3,30 @@
 //! The march over slices is compiled once for each kind of onlooker; for `()`, which sees nothing, the calls vanish.
 
 use crate::fragment::{Batch, Frame};
+use crate::proxy::Stack;
+use std::ops::Range;
 
-/// Someone who looks on. Each worker thread has one; they are merged at the end.
-pub(crate) trait Watch: Default + Send {
+/// Someone who looks on. Each tile has its own, made by [`Watch::fresh`] from the one that was sent; they are merged at the end.
+///
+/// An onlooker sees the picture being made and cannot touch it, but may ask for a part of it: blocks, and slices.
+pub(crate) trait Watch: Send + Sync {
+    /// An onlooker that is after the same things and has seen nothing yet.
+    fn fresh(&self) -> Self;
+
+    /// Whether the block whose first pixel is (x,y) is to be rendered at all.
+    fn wants(&self, x: u32, y: u32) -> bool {
+        let _ = (x, y);
+        true
+    }
+
+    /// The slices to render of those that cover a block.
+    fn slices(&self, covered: Range<i64>) -> Range<i64> {
+        covered
+    }
+
     /// A block begins: its first pixel is (x,y), `batch.pixels` holds its rays and nothing gathered yet.
-    fn block(&mut self, x: u32, y: u32, batch: &Batch) {
-        let _ = (x, y, batch);
+    fn block(&mut self, stack: &Stack, x: u32, y: u32, batch: &Batch) {
+        let _ = (stack, x, y, batch);
     }
 
     /// A slice begins: `batch.slice`, `batch.depth` and `batch.fog` are set, no stage has run.
@@ -26,11 +44,18 @@ pub(crate) trait Watch: Default + Send {
         let _ = (from, to, finished);
     }
 
-    /// Takes in what another thread's onlooker saw.
+    /// The block that began is over: `batch.pixels` holds what its pixels have gathered.
+    fn done(&mut self, batch: &Batch) {
+        let _ = batch;
+    }
+
+    /// Takes in what another tile's onlooker saw.
     fn merge(&mut self, other: Self);
 }
 
 /// Nobody looks on.
 impl Watch for () {
+    fn fresh(&self) -> Self {}
+
     fn merge(&mut self, (): Self) {}
 }
