@@ -47,6 +47,7 @@
 //! | read a scene file | [`scene::SceneFile`] |
 //! | make one picture, or many of one volume | [`render`], [`Renderer`] |
 //! | bound memory, count threads, hear of progress | [`Settings`] |
+//! | see how a picture comes about, step by step | [`explain`](mod@explain) |
 //! | write a picture | [`Picture::save`](target::Picture::save), [`target::Format`] |
 //! | know the truth without slices | [`reference`](mod@reference) |
 //!
@@ -60,10 +61,13 @@
 //!
 //! # Features
 //!
-//! All are on by default: `cli` (the command), `scene-file` (TOML and JSON scenes), `formats` (readers), `encoders` (writers).
+//! All are on by default: `cli` (the command), `scene-file` (TOML and JSON scenes), `formats` (readers), `encoders` (writers), `explain`
+//! (teaching pages).
 //! `default-features = false` leaves the renderer, its scenes and the built-in volumes.
 
 mod error;
+#[cfg(feature = "explain")]
+pub mod explain;
 mod fragment;
 pub mod lanes;
 mod plan;

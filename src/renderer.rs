@@ -426,7 +426,7 @@ fn make_frame<'v>(
 }
 
 /// What pixels start from: colour channels, then transmittance.
-fn start_values(blend: Blend) -> [f32; 4] {
+pub(crate) fn start_values(blend: Blend) -> [f32; 4] {
     let nothing = crate::fragment::project::NOTHING;
     match blend {
         Blend::Over => [0.0, 0.0, 0.0, 1.0],

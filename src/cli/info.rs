@@ -2,7 +2,7 @@
 
 use super::flags::VolumeFlags;
 use super::output::print;
-use super::render::scene_of;
+use super::scene::scene_of;
 use anyhow::Result;
 use serde_json::{Value, json};
 use slicestack::scene::{Overrides, Preset};

@@ -3,12 +3,14 @@
 //! Exit status 0: done. 1: the work failed; one line `error: ...` on stderr, no output file left behind. 2: wrong usage.
 
 mod completions;
+mod explain;
 mod flags;
 mod info;
 mod output;
 mod presets;
 mod progress;
 mod render;
+mod scene;
 mod schema;
 mod stats;
 
@@ -32,12 +34,15 @@ Examples:
   slicestack render head.nrrd -o head.png             a picture with the preset that fits best
   slicestack render head.nrrd --preset mr-brain --azimuth 60 --size 800x600
   slicestack render scene.toml --slices.count 512     a scene file, one of its keys overridden
+  slicestack explain scene.toml -o page               a page that shows how the picture comes about
   slicestack help render                              every flag, and more examples";
 
 #[derive(Debug, Subcommand)]
 enum Verb {
     /// Make a picture of a scene or a volume.
     Render(Box<render::RenderArgs>),
+    /// Write a page that leads through a scene step by step.
+    Explain(Box<explain::ExplainArgs>),
     /// Tell what is in a volume file, and which presets suit it.
     Info(info::InfoArgs),
     /// List presets and colour maps.
@@ -68,6 +73,7 @@ pub(crate) fn run() -> ExitCode {
     };
     let done = match cli.verb {
         Verb::Render(args) => render::run(&args),
+        Verb::Explain(args) => explain::run(&args),
         Verb::Info(args) => info::run(&args),
         Verb::Presets => presets::run(),
         Verb::Schema => schema::run(),

@@ -1,13 +1,11 @@
 //! `slicestack render`.
 
-use super::flags::SceneFlags;
 use super::output::{Sink, encoding};
 use super::progress::{Bar, Phase, catch_signals, enter};
+use super::scene::{SceneArgs, level};
 use super::stats::{self, Clock};
 use super::{Usage, complain};
 use anyhow::{Result, bail};
-use slicestack::lanes::Level;
-use slicestack::scene::{Overrides, SceneFile};
 use slicestack::target::Format;
 use slicestack::{Renderer, Settings};
 use std::io::{IsTerminal, stderr};
@@ -15,22 +13,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-/// What is rendered when nothing is named: three rings, no two of them linked; their surface is at 0, their core below it.
-const DEFAULT_SCENE: &str = "
-[volume]
-phantom = \"distance-field\"
-[transfer]
-color = [[-0.15, 1, 1, 0.9], [-0.05, 0.9, 0.5, 0.15], [0.02, 0.3, 0.1, 0.2]]
-opacity = [[-0.1, 0.9], [-0.02, 0.3], [0.01, 0]]
-";
-
 /// What `render` takes.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES, after_long_help = EXAMPLES)]
 pub(super) struct RenderArgs {
-    /// Scene file (.toml, .json) or volume file; a built-in volume when left out.
-    #[arg(value_name = "SCENE|VOLUME")]
-    input: Option<PathBuf>,
     /// Picture to write: .png, .npy or .exr; - for stdout.
     #[arg(short, long, value_name = "OUT", default_value = "slicestack.png")]
     output: PathBuf,
@@ -40,27 +26,6 @@ pub(super) struct RenderArgs {
     /// Bits of a PNG's components.
     #[arg(long, value_parser = ["8", "16"], default_value = "8")]
     depth: String,
-    /// Ready-made transfer function: see `slicestack presets`.
-    #[arg(long, value_name = "NAME")]
-    preset: Option<String>,
-    /// Size of the picture in pixels, such as 800x600.
-    #[arg(long, value_name = "WxH", allow_hyphen_values = true)]
-    size: Option<String>,
-    /// Number of slices.
-    #[arg(long, value_name = "N", allow_hyphen_values = true)]
-    count: Option<String>,
-    /// Degrees around the box.
-    #[arg(long, value_name = "DEGREES", allow_hyphen_values = true)]
-    azimuth: Option<String>,
-    /// Degrees upwards.
-    #[arg(long, value_name = "DEGREES", allow_hyphen_values = true)]
-    elevation: Option<String>,
-    /// 1 fits the volume into the picture, 2 shows it twice as large.
-    #[arg(long, value_name = "FACTOR", allow_hyphen_values = true)]
-    zoom: Option<String>,
-    /// Colour behind the volume: black, white, #rrggbb, or r,g,b,a from 0 to 1; transparent unless given.
-    #[arg(long, value_name = "COLOUR")]
-    background: Option<String>,
     /// Render so often, and report the shortest time.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     repeat: u32,
@@ -80,7 +45,7 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "LEVEL", default_value = "auto")]
     simd: String,
     #[command(flatten)]
-    flags: SceneFlags,
+    scene: SceneArgs,
 }
 
 const EXAMPLES: &str = "\
@@ -98,59 +63,16 @@ Every key of a scene file is a flag of the same name: `slicestack render --help`
 /// How pictures begin: PNG, NumPy, OpenEXR.
 const PICTURES: [&[u8]; 3] = [b"\x89PNG", b"\x93NUMPY", b"\x76\x2f\x31\x01"];
 
-/// A scene still to be read.
-pub(super) enum SceneText<'a> {
-    File(&'a Path),
-    Text(&'static str),
-}
-
-impl SceneText<'_> {
-    /// Reads it with `overrides` laid over it.
-    ///
-    /// # Errors
-    /// As [`SceneFile::read`]; [`Usage`] where a flag is at fault.
-    pub(super) fn open(&self, overrides: &Overrides) -> Result<SceneFile> {
-        let scene = match self {
-            Self::File(path) => SceneFile::read(path, overrides),
-            Self::Text(text) => SceneFile::parse(text, "", overrides),
-        };
-        scene.map_err(|e| {
-            let text = e.to_string();
-            if text.starts_with("--") { Usage(text).into() } else { e.into() }
-        })
-    }
-}
-
-/// The scene that `input` names: a scene file by its name, else a volume, which is set in `overrides`; without an input,
-/// an empty scene for flags to fill.
-///
-/// # Errors
-/// [`Usage`] for a name that is no text.
-pub(super) fn scene_of<'a>(input: Option<&'a Path>, overrides: &mut Overrides) -> Result<SceneText<'a>> {
-    let Some(path) = input else { return Ok(SceneText::Text("")) };
-    let scene = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml") || e.eq_ignore_ascii_case("json"));
-    if scene {
-        return Ok(SceneText::File(path));
-    }
-    let Some(name) = path.to_str() else { bail!(Usage(format!("{}: the name is not UTF-8", path.display()))) };
-    overrides.set("volume.path", name);
-    Ok(SceneText::Text(""))
-}
-
 pub(super) fn run(args: &RenderArgs) -> Result<()> {
     let settings_level = level(&args.simd)?;
-    let mut overrides = Overrides::default();
-    let named = args.input.is_some() || args.flags.has("volume.path") || args.flags.has("volume.phantom");
-    let text = if named { scene_of(args.input.as_deref(), &mut overrides)? } else { SceneText::Text(DEFAULT_SCENE) };
-    shorthands(args, &mut overrides)?;
-    args.flags.apply(&mut overrides);
+    let (text, overrides) = args.scene.read()?;
     let sink = Sink::new(&args.output)?;
     let (format, depth) = encoding(&sink, args.format.as_deref(), &args.depth)?;
     let stats_sink = args.stats.as_deref().map(Sink::new).transpose()?;
     if sink == Sink::Stdout && stats_sink == Some(Sink::Stdout) {
         bail!(Usage("picture and statistics cannot both go to stdout".into()));
     }
-    let inputs: Vec<&Path> = args.input.as_deref().into_iter().collect();
+    let inputs: Vec<&Path> = args.scene.input.as_deref().into_iter().collect();
     sink.spare("picture", &PICTURES, &inputs)?;
     if let Some(stats_sink) = &stats_sink {
         stats_sink.spare("JSON", &[b"{"], &inputs)?;
@@ -225,67 +147,4 @@ fn tell(path: &Path, format: Format, clock: Clock) {
         path.display(),
         format.name()
     );
-}
-
-fn level(name: &str) -> Result<Option<Level>> {
-    if name == "auto" {
-        return Ok(None);
-    }
-    let levels = Level::available();
-    match levels.iter().find(|l| l.name() == name) {
-        Some(&level) => Ok(Some(level)),
-        None => {
-            let names: Vec<&str> = levels.iter().map(|l| l.name()).collect();
-            bail!(Usage(format!("--simd {name}: this machine has auto, {}", names.join(", "))))
-        }
-    }
-}
-
-/// Short flags, as the keys they stand for; the long flag wins where both are given.
-fn shorthands(args: &RenderArgs, overrides: &mut Overrides) -> Result<()> {
-    let direct = [
-        ("transfer.preset", &args.preset),
-        ("slices.count", &args.count),
-        ("camera.azimuth", &args.azimuth),
-        ("camera.elevation", &args.elevation),
-        ("camera.zoom", &args.zoom),
-    ];
-    for (path, value) in direct {
-        if let Some(value) = value.as_ref().filter(|_| !args.flags.has(path)) {
-            overrides.set(path, value);
-        }
-    }
-    if let Some(size) = &args.size {
-        let Some((width, height)) = size.split_once(['x', 'X']).filter(|(w, h)| w.parse::<u32>().is_ok() && h.parse::<u32>().is_ok())
-        else {
-            bail!(Usage(format!("--size {size}: write WIDTHxHEIGHT, such as 800x600")));
-        };
-        overrides.set("image.width", width);
-        overrides.set("image.height", height);
-    }
-    if let Some(text) = &args.background {
-        overrides.set("image.background", background(text)?);
-    }
-    Ok(())
-}
-
-/// A colour as the list that a scene file has.
-fn background(text: &str) -> Result<String> {
-    let refused = || Usage(format!("--background {text}: write black, white, #rrggbb, or r,g,b,a from 0 to 1"));
-    match text {
-        "black" => return Ok("0,0,0,1".into()),
-        "white" => return Ok("1,1,1,1".into()),
-        _ => {}
-    }
-    if let Some(hex) = text.strip_prefix('#') {
-        let number = u32::from_str_radix(hex, 16).ok().filter(|_| hex.len() == 6).ok_or_else(refused)?;
-        let [_, r, g, b] = number.to_be_bytes().map(|c| f64::from(c) / 255.0);
-        return Ok(format!("{r},{g},{b},1"));
-    }
-    let numbers: Vec<f64> = text.split(',').map(|n| n.trim().parse().map_err(|_| refused())).collect::<Result<_, _>>()?;
-    match numbers.as_slice() {
-        [r, g, b] => Ok(format!("{r},{g},{b},1")),
-        [r, g, b, a] => Ok(format!("{r},{g},{b},{a}")),
-        _ => bail!(refused()),
-    }
 }

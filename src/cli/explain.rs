@@ -1,0 +1,182 @@
+//! `slicestack explain`.
+
+use super::output::Sink;
+use super::progress::{Bar, Phase, catch_signals, enter};
+use super::scene::SceneArgs;
+use super::{Usage, complain};
+use anyhow::{Context, Result, bail};
+use slicestack::Settings;
+use slicestack::explain::{Request, build_up, explain};
+use slicestack::target::{Depth, Format};
+use std::fs;
+use std::io::{IsTerminal, stderr};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Frames of the picture building up.
+const FRAMES: u32 = 32;
+
+/// What `explain` takes.
+#[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLES, after_long_help = EXAMPLES)]
+pub(super) struct ExplainArgs {
+    /// Folder to write index.html into; made if it is not there.
+    #[arg(short, long, value_name = "DIR", default_value = "slicestack-explain")]
+    output: PathBuf,
+    /// Pixel to begin with, column and row from the upper left; one at which much happens unless given.
+    #[arg(long, value_name = "X,Y", allow_hyphen_values = true)]
+    pixel: Option<String>,
+    /// Slices to show, from A up to but without B.
+    #[arg(long, value_name = "A..B", allow_hyphen_values = true)]
+    slices: Option<String>,
+    /// Write the record as JSON too; - for stdout.
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Write the picture building up into DIR too: frame-00.png and so on, and build-up.png, which is animated.
+    #[arg(long)]
+    frames: bool,
+    #[command(flatten)]
+    scene: SceneArgs,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  slicestack explain scene.toml -o page               page/index.html, for any browser
+  slicestack explain head.nrrd --preset mr-brain --pixel 120,200
+  slicestack explain scene.toml --slices 100..140 --json record.json
+  slicestack explain --volume.phantom cloud --frames -o cloud
+
+The scene takes the same flags as in `slicestack render`.";
+
+pub(super) fn run(args: &ExplainArgs) -> Result<()> {
+    let request = Request { pixel: args.pixel.as_deref().map(pixel).transpose()?, slices: args.slices.as_deref().map(slices).transpose()? };
+    let (text, overrides) = args.scene.read()?;
+    let folder = Folder::new(&args.output)?;
+    let json = args.json.as_deref().map(Sink::new).transpose()?;
+    let page = folder.sink("index.html");
+    let inputs: Vec<&Path> = args.scene.input.as_deref().into_iter().collect();
+    page.spare("page", &[b"<!doctype html>"], &inputs)?;
+    let pictures: Vec<Sink> = if args.frames {
+        ["build-up.png".to_owned()].into_iter().chain((0..FRAMES).map(frame_name)).map(|n| folder.sink(&n)).collect()
+    } else {
+        Vec::new()
+    };
+    for picture in &pictures {
+        picture.spare("picture", &[b"\x89PNG"], &inputs)?;
+    }
+    if let Some(json) = &json {
+        json.spare("JSON", &[b"{"], &inputs)?;
+    }
+    catch_signals()?;
+
+    let scene_file = text.open(&overrides)?;
+    let bar = Arc::new(Bar::new());
+    let settings = Settings { progress: Some(bar.clone()), ..Settings::default() };
+    if let (Some(path), Some(json)) = (scene_file.volume().path(), &json) {
+        json.spare("JSON", &[b"{"], &[path])?;
+    }
+    let volume = scene_file.volume().load(&settings.limits)?;
+    let (scene, mut warnings) = scene_file.to_scene(&volume)?;
+    enter(Phase::Rendering);
+    let explanation = explain(&volume, &scene, &settings, &request)?;
+    warnings.extend(explanation.warnings().iter().cloned());
+    let mut files: Vec<(Sink, Vec<u8>)> = vec![(page, explanation.page()?.into_bytes())];
+    if args.frames {
+        let mut encoded = Vec::new();
+        let animated = build_up(&volume, &scene, &settings, FRAMES, |_, frame| {
+            encoded.push(frame.encode(Format::Png, Depth::Eight)?);
+            Ok(())
+        })?;
+        let mut sinks = pictures.into_iter();
+        // A stack of fewer slices has fewer frames; the animation's place is the first.
+        files.extend(sinks.next().map(|s| (s, animated)));
+        files.extend(sinks.zip(encoded));
+    }
+    if let Some(json) = json {
+        files.push((json, (explanation.json()? + "\n").into_bytes()));
+    }
+    bar.clear();
+    warnings.iter().for_each(|w| complain("warning", w));
+    enter(Phase::Writing);
+    folder.write(&files)?;
+    if stderr().is_terminal() {
+        let (x, y) = explanation.pixel();
+        eprintln!("{}: open it in a browser; it begins at pixel {x},{y}", args.output.join("index.html").display());
+    }
+    Ok(())
+}
+
+fn frame_name(i: u32) -> String {
+    format!("frame-{i:02}.png")
+}
+
+/// The folder that results go into.
+struct Folder {
+    path: PathBuf,
+    /// Whether it was not there before.
+    new: bool,
+}
+
+impl Folder {
+    /// # Errors
+    /// When `path` is no folder and none can be made there.
+    fn new(path: &Path) -> Result<Self> {
+        if path == Path::new("-") {
+            bail!(Usage("--output -: a page goes into a folder; give its name".into()));
+        }
+        if path.exists() && !path.is_dir() {
+            bail!("{}: is a file, not a folder", path.display());
+        }
+        let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        if !parent.is_dir() {
+            bail!("{}: there is no directory {}", path.display(), parent.display());
+        }
+        Ok(Self { path: path.to_path_buf(), new: !path.exists() })
+    }
+
+    fn sink(&self, name: &str) -> Sink {
+        Sink::File(self.path.join(name))
+    }
+
+    /// Writes all of `files`, or takes back those it wrote that were not there before.
+    fn write(&self, files: &[(Sink, Vec<u8>)]) -> Result<()> {
+        if self.new {
+            fs::create_dir(&self.path).with_context(|| self.path.display().to_string())?;
+        }
+        let mut fresh: Vec<&Path> = Vec::new();
+        for (sink, bytes) in files {
+            let there = matches!(sink, Sink::File(path) if path.exists());
+            if let Err(e) = sink.write(bytes) {
+                // The failure that led here is the one to report.
+                fresh.iter().for_each(|path| drop(fs::remove_file(path)));
+                if self.new {
+                    drop(fs::remove_dir(&self.path));
+                }
+                return Err(e);
+            }
+            if let (Sink::File(path), false) = (sink, there) {
+                fresh.push(path);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// `X,Y`.
+fn pixel(text: &str) -> Result<(u32, u32)> {
+    let parts = text.split_once(',').map(|(x, y)| (x.trim().parse(), y.trim().parse()));
+    match parts {
+        Some((Ok(x), Ok(y))) => Ok((x, y)),
+        _ => bail!(Usage(format!("--pixel {text}: write column,row, such as 120,200"))),
+    }
+}
+
+/// `A..B`.
+fn slices(text: &str) -> Result<Range<u64>> {
+    let parts = text.split_once("..").map(|(a, b)| (a.trim().parse(), b.trim().parse()));
+    match parts {
+        Some((Ok(start), Ok(end))) => Ok(start..end),
+        _ => bail!(Usage(format!("--slices {text}: write FROM..TO, such as 100..140"))),
+    }
+}

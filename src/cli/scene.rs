@@ -1,0 +1,169 @@
+//! Which scene a command is about: its file, its volume, and the flags that override its keys.
+
+use super::Usage;
+use super::flags::SceneFlags;
+use anyhow::{Result, bail};
+use slicestack::lanes::Level;
+use slicestack::scene::{Overrides, SceneFile};
+use std::path::{Path, PathBuf};
+
+/// What is rendered when nothing is named: three rings, no two of them linked; their surface is at 0, their core below it.
+const DEFAULT_SCENE: &str = "
+[volume]
+phantom = \"distance-field\"
+[transfer]
+color = [[-0.15, 1, 1, 0.9], [-0.05, 0.9, 0.5, 0.15], [0.02, 0.3, 0.1, 0.2]]
+opacity = [[-0.1, 0.9], [-0.02, 0.3], [0.01, 0]]
+";
+
+/// What every command that makes pictures takes.
+#[derive(Debug, clap::Args)]
+pub(super) struct SceneArgs {
+    /// Scene file (.toml, .json) or volume file; a built-in volume when left out.
+    #[arg(value_name = "SCENE|VOLUME")]
+    pub(super) input: Option<PathBuf>,
+    /// Ready-made transfer function: see `slicestack presets`.
+    #[arg(long, value_name = "NAME")]
+    preset: Option<String>,
+    /// Size of the picture in pixels, such as 800x600.
+    #[arg(long, value_name = "WxH", allow_hyphen_values = true)]
+    size: Option<String>,
+    /// Number of slices.
+    #[arg(long, value_name = "N", allow_hyphen_values = true)]
+    count: Option<String>,
+    /// Degrees around the box.
+    #[arg(long, value_name = "DEGREES", allow_hyphen_values = true)]
+    azimuth: Option<String>,
+    /// Degrees upwards.
+    #[arg(long, value_name = "DEGREES", allow_hyphen_values = true)]
+    elevation: Option<String>,
+    /// 1 fits the volume into the picture, 2 shows it twice as large.
+    #[arg(long, value_name = "FACTOR", allow_hyphen_values = true)]
+    zoom: Option<String>,
+    /// Colour behind the volume: black, white, #rrggbb, or r,g,b,a from 0 to 1; transparent unless given.
+    #[arg(long, value_name = "COLOUR")]
+    background: Option<String>,
+    #[command(flatten)]
+    flags: SceneFlags,
+}
+
+impl SceneArgs {
+    /// The scene to read, and what overrides its keys.
+    ///
+    /// # Errors
+    /// [`Usage`] for a flag that cannot be meant.
+    pub(super) fn read(&self) -> Result<(SceneText<'_>, Overrides)> {
+        let mut overrides = Overrides::default();
+        let named = self.input.is_some() || self.flags.has("volume.path") || self.flags.has("volume.phantom");
+        let text = if named { scene_of(self.input.as_deref(), &mut overrides)? } else { SceneText::Text(DEFAULT_SCENE) };
+        shorthands(self, &mut overrides)?;
+        self.flags.apply(&mut overrides);
+        Ok((text, overrides))
+    }
+}
+
+/// A scene still to be read.
+pub(super) enum SceneText<'a> {
+    File(&'a Path),
+    Text(&'static str),
+}
+
+impl SceneText<'_> {
+    /// Reads it with `overrides` laid over it.
+    ///
+    /// # Errors
+    /// As [`SceneFile::read`]; [`Usage`] where a flag is at fault.
+    pub(super) fn open(&self, overrides: &Overrides) -> Result<SceneFile> {
+        let scene = match self {
+            Self::File(path) => SceneFile::read(path, overrides),
+            Self::Text(text) => SceneFile::parse(text, "", overrides),
+        };
+        scene.map_err(|e| {
+            let text = e.to_string();
+            if text.starts_with("--") { Usage(text).into() } else { e.into() }
+        })
+    }
+}
+
+/// The scene that `input` names: a scene file by its name, else a volume, which is set in `overrides`; without an input,
+/// an empty scene for flags to fill.
+///
+/// # Errors
+/// [`Usage`] for a name that is no text.
+pub(super) fn scene_of<'a>(input: Option<&'a Path>, overrides: &mut Overrides) -> Result<SceneText<'a>> {
+    let Some(path) = input else { return Ok(SceneText::Text("")) };
+    let scene = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml") || e.eq_ignore_ascii_case("json"));
+    if scene {
+        return Ok(SceneText::File(path));
+    }
+    let Some(name) = path.to_str() else { bail!(Usage(format!("{}: the name is not UTF-8", path.display()))) };
+    overrides.set("volume.path", name);
+    Ok(SceneText::Text(""))
+}
+
+/// The vector level called `name`; `None` for the fastest.
+///
+/// # Errors
+/// [`Usage`] for one that this machine does not have.
+pub(super) fn level(name: &str) -> Result<Option<Level>> {
+    if name == "auto" {
+        return Ok(None);
+    }
+    let levels = Level::available();
+    match levels.iter().find(|l| l.name() == name) {
+        Some(&level) => Ok(Some(level)),
+        None => {
+            let names: Vec<&str> = levels.iter().map(|l| l.name()).collect();
+            bail!(Usage(format!("--simd {name}: this machine has auto, {}", names.join(", "))))
+        }
+    }
+}
+
+/// Short flags, as the keys they stand for; the long flag wins where both are given.
+fn shorthands(args: &SceneArgs, overrides: &mut Overrides) -> Result<()> {
+    let direct = [
+        ("transfer.preset", &args.preset),
+        ("slices.count", &args.count),
+        ("camera.azimuth", &args.azimuth),
+        ("camera.elevation", &args.elevation),
+        ("camera.zoom", &args.zoom),
+    ];
+    for (path, value) in direct {
+        if let Some(value) = value.as_ref().filter(|_| !args.flags.has(path)) {
+            overrides.set(path, value);
+        }
+    }
+    if let Some(size) = &args.size {
+        let Some((width, height)) = size.split_once(['x', 'X']).filter(|(w, h)| w.parse::<u32>().is_ok() && h.parse::<u32>().is_ok())
+        else {
+            bail!(Usage(format!("--size {size}: write WIDTHxHEIGHT, such as 800x600")));
+        };
+        overrides.set("image.width", width);
+        overrides.set("image.height", height);
+    }
+    if let Some(text) = &args.background {
+        overrides.set("image.background", background(text)?);
+    }
+    Ok(())
+}
+
+/// A colour as the list that a scene file has.
+fn background(text: &str) -> Result<String> {
+    let refused = || Usage(format!("--background {text}: write black, white, #rrggbb, or r,g,b,a from 0 to 1"));
+    match text {
+        "black" => return Ok("0,0,0,1".into()),
+        "white" => return Ok("1,1,1,1".into()),
+        _ => {}
+    }
+    if let Some(hex) = text.strip_prefix('#') {
+        let number = u32::from_str_radix(hex, 16).ok().filter(|_| hex.len() == 6).ok_or_else(refused)?;
+        let [_, r, g, b] = number.to_be_bytes().map(|c| f64::from(c) / 255.0);
+        return Ok(format!("{r},{g},{b},1"));
+    }
+    let numbers: Vec<f64> = text.split(',').map(|n| n.trim().parse().map_err(|_| refused())).collect::<Result<_, _>>()?;
+    match numbers.as_slice() {
+        [r, g, b] => Ok(format!("{r},{g},{b},1")),
+        [r, g, b, a] => Ok(format!("{r},{g},{b},{a}")),
+        _ => bail!(refused()),
+    }
+}

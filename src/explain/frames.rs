@@ -1,0 +1,72 @@
+//! The picture building up, slab by slab.
+
+use super::steady;
+use crate::fragment::Batch;
+use crate::raster::Watch;
+use crate::scene::{Blend, Order, Scene};
+use crate::{Error, Picture, Renderer, Result, Settings, Volume};
+use std::ops::Range;
+
+/// Asks for the first slices of the stack only, in the scene's order.
+struct Upto {
+    slices: Range<i64>,
+}
+
+impl Watch for Upto {
+    fn fresh(&self) -> Self {
+        Self { slices: self.slices.clone() }
+    }
+
+    fn slices(&self, covered: Range<i64>) -> Range<i64> {
+        covered.start.max(self.slices.start)..covered.end.min(self.slices.end)
+    }
+
+    fn done(&mut self, _: &Batch) {}
+
+    fn merge(&mut self, _: Self) {}
+}
+
+/// Renders `scene` building up in at most `frames` pictures: each with more slices than the one before, the last with all of them
+/// and equal to the picture itself. Hands each to `each`, with its number, and returns them all as an animated PNG that runs without
+/// end: 12 pictures a second, the last for two seconds.
+///
+/// # Errors
+/// As [`Renderer::render`]; [`Error::Invalid`] when the whole box lies behind the eye; whatever `each` says.
+pub fn build_up(
+    volume: &Volume,
+    scene: &Scene,
+    settings: &Settings,
+    frames: u32,
+    mut each: impl FnMut(u32, &Picture) -> Result<()>,
+) -> Result<Vec<u8>> {
+    let mut renderer = Renderer::new(volume, Settings { tile: None, ..settings.clone() });
+    let steady = steady(&mut renderer, scene, None)?;
+    let scene = &steady.scene;
+    let count = steady.stats.slices;
+    if count == 0 {
+        return Err(Error::invalid("the whole box lies behind the eye: there is nothing to build up"));
+    }
+    let n = u64::from(frames.max(1)).min(count);
+    let back = scene.order() == Order::BackToFront && scene.blend() == Blend::Over;
+    let refused = |e: png::EncodingError| Error::invalid(format!("animated PNG: {e}"));
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, scene.size().0, scene.size().1);
+    encoder.set_color(png::ColorType::Rgba);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_compression(png::Compression::Fast);
+    encoder.set_animated(n as u32, 0).map_err(refused)?;
+    encoder.set_frame_delay(1, 12).map_err(refused)?;
+    let mut writer = encoder.write_header().map_err(refused)?;
+    for i in 1..=n {
+        let done = (count * i / n) as i64;
+        let slices = if back { count as i64 - done..count as i64 } else { 0..done };
+        let frame = renderer.render_watched(scene, Upto { slices })?.0;
+        each(i as u32 - 1, &frame)?;
+        if i == n {
+            writer.set_frame_delay(2, 1).map_err(refused)?;
+        }
+        writer.write_image_data(&frame.to_rgba8()).map_err(refused)?;
+    }
+    writer.finish().map_err(refused)?;
+    Ok(bytes)
+}

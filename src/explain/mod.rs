@@ -1,0 +1,405 @@
+//! See it work: a scene's way through the pipeline, recorded between its stages, and a page that leads through it.
+//!
+//! Nothing here computes a picture: an onlooker copies what the stages leave in their batches, for chosen pixels, on every slice.
+//! What the page compares with (the other order, the other fog) is the same pipeline run on another scene.
+//!
+//! ```
+//! # fn main() -> slicestack::Result<()> {
+//! use slicestack::explain::{Request, explain};
+//! use slicestack::volume::phantom::Phantom;
+//! use slicestack::{Scene, Settings};
+//!
+//! let volume = Phantom::SheppLogan.volume(16)?;
+//! let scene = Scene::new(Phantom::SheppLogan.default_transfer()).with_size(32, 32)?;
+//! let explanation = explain(&volume, &scene, &Settings::default(), &Request::default())?;
+//! assert!(explanation.json()?.contains("\"texcoord\"")); // a column for each stage
+//! assert!(explanation.page()?.starts_with("<!doctype html>"));
+//! # Ok(())
+//! # }
+//! ```
+
+mod frames;
+mod geometry;
+mod page;
+mod record;
+mod recorder;
+mod scenery;
+mod survey;
+
+pub use frames::build_up;
+
+use crate::proxy::Stack;
+use crate::scene::{Blend, Fog, FogMode, FogWeighting, Method, Order, Scene, SlabForm, Slicing};
+use crate::{Error, Picture, RenderStats, Renderer, Result, Settings, Volume, tolerance};
+use geometry::{Side, StackRecord};
+use record::{Context, PixelRecord, Twin};
+use recorder::{Recorder, Wanted};
+use scenery::SceneRecord;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::sync::Arc;
+use survey::{Survey, Worth};
+
+/// Most slices of one page.
+pub const MAX_SLICES: u64 = 1024;
+/// What all pixels of a record may weigh together: batches of their blocks, and a quarter of the slices that cover them.
+const BUDGET: u64 = 9000;
+/// Largest side of a comparison's pictures on the page.
+const SMALL: u32 = 288;
+
+/// What to explain of a scene.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Request {
+    /// The pixel to begin with, column and row; `None` takes one at which much happens.
+    pub pixel: Option<(u32, u32)>,
+    /// Slices to show, at most [`MAX_SLICES`]; `None` takes all of them, or those around the slice that matters most to the pixel.
+    pub slices: Option<Range<u64>>,
+}
+
+/// Everything that the page and notebooks read.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+struct Record {
+    format: &'static str,
+    version: &'static str,
+    scene: SceneRecord,
+    stack: StackRecord,
+    /// Slices recorded: from, up to but without.
+    slices: [u64; 2],
+    /// Value in the data's units = scale * number + offset.
+    scale: f64,
+    offset: f64,
+    /// Place of the chosen pixel in `pixels`.
+    chosen: usize,
+    pixels: Vec<PixelRecord>,
+    /// How the twins of every pixel differ from the scene.
+    twins: BTreeMap<&'static str, String>,
+    left_out: Vec<[String; 2]>,
+    notes: Vec<String>,
+    fragments: u64,
+    fetches: u64,
+}
+
+/// A recorded scene.
+#[derive(Debug, Clone)]
+pub struct Explanation {
+    record: Record,
+    picture: Picture,
+    /// PNG of the box and its slices.
+    drawing: Vec<u8>,
+    /// The picture with fog weighted by opacity, and by the literal formula.
+    fogs: Option<[Picture; 2]>,
+    warnings: Vec<String>,
+}
+
+impl Explanation {
+    /// The scene's picture.
+    pub fn picture(&self) -> &Picture {
+        &self.picture
+    }
+
+    /// What the user should hear about, one line each.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
+    /// The pixel that the page begins with, column and row.
+    pub fn pixel(&self) -> (u32, u32) {
+        let p = &self.record.pixels[self.record.chosen];
+        (p.x, p.y)
+    }
+
+    /// The record as JSON: what the page shows, for notebooks.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] when it cannot be written.
+    pub fn json(&self) -> Result<String> {
+        serde_json::to_string(&self.record).map_err(|e| Error::invalid(format!("record: {e}")))
+    }
+
+    /// The page: one HTML file that needs nothing else.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] when a picture cannot be encoded.
+    pub fn page(&self) -> Result<String> {
+        page::page(self)
+    }
+}
+
+/// Records `scene` of `volume`.
+///
+/// A scene with a tolerance is explained with the slices that the pixel's block takes, everywhere.
+///
+/// # Errors
+/// [`Error::Invalid`] when the pixel lies outside the picture or its ray misses the box, when the slices are none of the stack's or
+/// too many, and when nothing of the box is in the picture; else as [`Renderer::render`].
+pub fn explain(volume: &Volume, scene: &Scene, settings: &Settings, request: &Request) -> Result<Explanation> {
+    let mut renderer = Renderer::new(volume, Settings { tile: None, ..settings.clone() });
+    let (width, height) = scene.size();
+    if let Some((x, y)) = request.pixel.filter(|&(x, y)| x >= width || y >= height) {
+        return Err(Error::invalid(format!(
+            "pixel {x},{y}: the picture has {width} x {height} pixels, from 0,0 to {},{}",
+            width - 1,
+            height - 1
+        )));
+    }
+    let Steady { scene, picture, stats, survey, pixel, mut notes } = steady(&mut renderer, scene, request.pixel)?;
+    let view = scene.camera().resolve(volume.grid(), width, height)?;
+    let stack = Stack::new(volume.grid(), &view, scene.clip_planes(), stats.slices);
+    if stack.is_empty() {
+        return Err(Error::invalid("the whole box lies behind the eye: there is nothing to explain"));
+    }
+    let Some(pixel) = pixel else {
+        return Err(Error::invalid("no slice covers any pixel of the picture: there is nothing to explain"));
+    };
+    if through(&stack, pixel).is_none() {
+        return Err(Error::invalid(format!("pixel {},{}: its ray passes the box by", pixel.0, pixel.1)));
+    }
+    let slices = shown(request.slices.clone(), stack.count, survey.at(pixel.0, pixel.1), &mut notes)?;
+    let mut pixels = vec![pixel];
+    pixels.extend(choose(&survey, (width, height)).into_iter().filter(|&p| p != pixel));
+
+    let wanted = Arc::new(Wanted::new(&pixels, slices.clone()));
+    let mut record = |scene: &Scene| Ok(renderer.render_watched(scene, Recorder::new(Arc::clone(&wanted)))?.2);
+    let seen: Recorder = record(&scene)?;
+    let context = Context { volume, scene: &scene, to_f32: seen.to_f32 };
+    let side = Side::new(volume.grid(), &view)?;
+    let start = start(scene.blend());
+    let mut records: Vec<PixelRecord> = Vec::new();
+    for (at, &(x, y)) in pixels.iter().enumerate() {
+        let mut record = PixelRecord::new((x, y), picture.pixel(x, y), start, seen.journeys.get(&at), context);
+        record.through = through(&stack, (x, y));
+        let (origin, direction) = view.ray(f64::from(x) + 0.5, f64::from(y) + 0.5);
+        record.drawn = [stack.near, stack.far].map(|d| side.at(origin + direction * d));
+        records.push(record);
+    }
+    let mut twins = BTreeMap::new();
+    for (name, how, other) in others(&scene, &stack)? {
+        // A form that this scene's other choices exclude has no twin.
+        let Ok(seen) = record(&other) else { continue };
+        twins.insert(name, how);
+        for (at, pixel) in records.iter_mut().enumerate() {
+            if let Some(journey) = seen.journeys.get(&at) {
+                pixel.twins.insert(name, Twin::new(journey, name == "front-to-back"));
+            }
+        }
+    }
+    let stack_record = StackRecord::new(&stack, volume.grid(), &side, slices.clone(), scene.fog());
+    let drawing = stack_record.draw(volume.grid(), &side)?;
+    let fogs = match scene.blend() {
+        Blend::Over => Some(fogged_pictures(&mut renderer, &scene, &stack)?),
+        _ => None,
+    };
+    let (scale, offset) = context.scale();
+    let record = Record {
+        format: "slicestack explain 1",
+        version: env!("CARGO_PKG_VERSION"),
+        scene: SceneRecord::new(volume, &scene, &stack, example_fog(&stack)?),
+        stack: stack_record,
+        slices: [slices.start, slices.end],
+        scale,
+        offset,
+        chosen: 0,
+        pixels: records,
+        twins,
+        left_out: stats.left_out.iter().map(|(what, why)| [what.clone(), why.clone()]).collect(),
+        notes,
+        fragments: stats.fragments,
+        fetches: stats.fetches,
+    };
+    Ok(Explanation {
+        record,
+        picture,
+        drawing: page::png(drawing.width(), drawing.height(), &straight(&drawing))?,
+        fogs,
+        warnings: stats.warnings,
+    })
+}
+
+/// A scene whose slices are counted, and its picture.
+struct Steady {
+    scene: Scene,
+    picture: Picture,
+    stats: RenderStats,
+    survey: Survey,
+    /// The pixel asked for, or one at which much happens.
+    pixel: Option<(u32, u32)>,
+    notes: Vec<String>,
+}
+
+/// Renders `scene`; where its slices vary from block to block, again with those that the pixel's block takes.
+fn steady(renderer: &mut Renderer<'_>, scene: &Scene, pixel: Option<(u32, u32)>) -> Result<Steady> {
+    let mut notes = Vec::new();
+    let mut scene = scene.clone();
+    if scene.method().extrapolate {
+        let method = Method { extrapolate: false, ..scene.method() };
+        scene = scene.with_method(method)?;
+        notes.push("The scene extrapolates pictures of N and 2 N slices; this page follows the picture of N.".to_owned());
+    }
+    let (mut picture, mut stats, mut survey) = renderer.render_watched(&scene, Survey::default())?;
+    let pixel = pixel.or_else(|| busiest(&survey));
+    if let Slicing::Tolerance(asked) = scene.slicing() {
+        let count = pixel.and_then(|(x, y)| survey.at(x, y)).map_or(stats.slices, |w| w.slices).max(1);
+        notes.push(format!(
+            "The scene asks for an error of {asked}, so each block of pixels takes slices of its own; this page gives the {count} slices \
+             of the chosen pixel's block to all of them."
+        ));
+        scene = scene.clone().with_slices(Slicing::Count(count))?.with_terminate(tolerance::terminate(scene.terminate(), asked))?;
+        (picture, stats, survey) = renderer.render_watched(&scene, Survey::default())?;
+    }
+    Ok(Steady { scene, picture, stats, survey, pixel, notes })
+}
+
+/// What pixels start from.
+fn start(blend: Blend) -> [f32; 4] {
+    crate::renderer::start_values(blend)
+}
+
+/// The pixel that most slices change; of several, the first.
+fn busiest(survey: &Survey) -> Option<(u32, u32)> {
+    let mut best: Option<((u32, u32), u32)> = None;
+    for (x, y) in survey.blocks().flat_map(lanes) {
+        if let Some(worth) = survey.at(x, y) {
+            if best.is_none_or(|b| worth.events > b.1) {
+                best = Some(((x, y), worth.events));
+            }
+        }
+    }
+    best.map(|b| b.0)
+}
+
+/// The pixels of a block.
+fn lanes((x, y): (u32, u32)) -> impl Iterator<Item = (u32, u32)> {
+    (0..64).map(move |i| (x + i % 8, y + i / 8))
+}
+
+/// Pixels all over what the slices cover, where most happens; as many as the budget lets.
+fn choose(survey: &Survey, (width, height): (u32, u32)) -> Vec<(u32, u32)> {
+    let covered = || survey.blocks().flat_map(lanes).filter(|&(x, y)| x < width && y < height && survey.at(x, y).is_some());
+    let (mut low, mut high) = ((u32::MAX, u32::MAX), (0, 0));
+    for (x, y) in covered() {
+        low = (low.0.min(x), low.1.min(y));
+        high = (high.0.max(x), high.1.max(y));
+    }
+    if low.0 > high.0 {
+        return Vec::new();
+    }
+    for side in [14, 12, 10, 8, 6, 5, 4, 3, 2] {
+        let cell = |v: u32, low: u32, high: u32| (v - low) * side / (high - low + 1);
+        let mut best: BTreeMap<(u32, u32), ((u32, u32), Worth)> = BTreeMap::new();
+        for p in covered() {
+            let Some(worth) = survey.at(p.0, p.1) else { continue };
+            let kept = best.entry((cell(p.1, low.1, high.1), cell(p.0, low.0, high.0))).or_insert((p, worth));
+            if worth.events > kept.1.events {
+                *kept = (p, worth);
+            }
+        }
+        let cost: u64 = best.values().map(|(_, w)| u64::from(w.batches) + u64::from(w.covered) / 4).sum();
+        if cost <= BUDGET {
+            return best.into_values().map(|(p, _)| p).collect();
+        }
+    }
+    Vec::new()
+}
+
+/// Depths at which the ray of a pixel enters and leaves the box, clip planes left out.
+fn through(stack: &Stack, (x, y): (u32, u32)) -> Option<[f64; 2]> {
+    let (x, y) = (f64::from(x) + 0.5, f64::from(y) + 0.5);
+    let (mut entry, mut exit) = (stack.near, stack.far);
+    for h in &stack.half_spaces[..6] {
+        let plane = h.b * x + h.c * y;
+        let (base, slope) = if stack.perspective { (h.a, h.g + plane) } else { (h.a + plane, h.g) };
+        match slope {
+            s if s > 0.0 => entry = entry.max(-base / s),
+            s if s < 0.0 => exit = exit.min(-base / s),
+            _ if base < 0.0 => return None,
+            _ => {}
+        }
+    }
+    (entry <= exit).then_some([entry, exit])
+}
+
+/// The slices of the page.
+fn shown(asked: Option<Range<u64>>, count: u64, worth: Option<Worth>, notes: &mut Vec<String>) -> Result<Range<u64>> {
+    if let Some(Range { start, end }) = asked {
+        if start >= end || end > count {
+            return Err(Error::invalid(format!("slices {start}..{end}: the stack has {count} slices, 0..{count}")));
+        }
+        if end - start > MAX_SLICES {
+            return Err(Error::invalid(format!("slices {start}..{end}: a page holds at most {MAX_SLICES}")));
+        }
+        return Ok(start..end);
+    }
+    if count <= MAX_SLICES {
+        return Ok(0..count);
+    }
+    let middle = worth.map_or(count / 2, |w| w.heaviest);
+    let start = middle.saturating_sub(MAX_SLICES / 2).min(count - MAX_SLICES);
+    let range = start..start + MAX_SLICES;
+    notes.push(format!(
+        "The stack has {count} slices; the page holds {} to {}, around the slice that takes most light from the chosen pixel.",
+        range.start,
+        range.end - 1
+    ));
+    Ok(range)
+}
+
+/// Fog to show with where a scene has none: from the box's nearest to beyond its farthest point.
+fn example_fog(stack: &Stack) -> Result<Fog> {
+    let end = stack.far + 0.25 * (stack.far - stack.near);
+    Fog::new(FogMode::Linear { start: stack.near, end }, [0.62, 0.7, 0.8])
+}
+
+/// Other scenes to record the same pixels of: name, what is different, scene.
+fn others(scene: &Scene, stack: &Stack) -> Result<Vec<(&'static str, String, Scene)>> {
+    if scene.blend() != Blend::Over {
+        return Ok(Vec::new());
+    }
+    let fog = match scene.fog() {
+        Some(fog) => *fog,
+        None => example_fog(stack)?,
+    };
+    let fogged = |weighting| scene.clone().with_fog(Some(fog.with_weighting(weighting)));
+    let mut list = vec![
+        (
+            "front-to-back",
+            "blended front to back, never ended early".to_owned(),
+            scene.clone().with_order(Order::FrontToBack).with_terminate(0.0)?,
+        ),
+        ("back-to-front", "blended back to front".to_owned(), scene.clone().with_order(Order::BackToFront)),
+        ("fog-weighted", "in fog weighted by opacity".to_owned(), fogged(FogWeighting::Alpha)),
+        ("fog-literal", "in fog by the literal formula".to_owned(), fogged(FogWeighting::Literal)),
+    ];
+    let riemann = Method { slab: SlabForm::Riemann, ..scene.method() };
+    if let Ok(other) = scene.clone().with_order(Order::FrontToBack).with_terminate(0.0)?.with_method(riemann) {
+        list.push(("riemann", "with slabs of opacity kappa L, the explicit Euler step".to_owned(), other));
+    }
+    Ok(list)
+}
+
+/// The picture in weighted and in literal fog, at most [`SMALL`] pixels a side.
+fn fogged_pictures(renderer: &mut Renderer<'_>, scene: &Scene, stack: &Stack) -> Result<[Picture; 2]> {
+    let (width, height) = scene.size();
+    let shrink = f64::from(SMALL) / f64::from(width.max(height).max(SMALL));
+    let side = |n: u32| ((f64::from(n) * shrink) as u32).max(1);
+    let fog = match scene.fog() {
+        Some(fog) => *fog,
+        None => example_fog(stack)?,
+    };
+    // As many slices as the small picture has use for.
+    let small = scene.clone().with_size(side(width), side(height))?.with_slices(Slicing::Count(stack.count.min(256)))?;
+    let mut one = |weighting| Ok::<_, Error>(renderer.render(&small.clone().with_fog(Some(fog.with_weighting(weighting))))?.0);
+    Ok([one(FogWeighting::Alpha)?, one(FogWeighting::Literal)?])
+}
+
+/// Straight RGBA of a drawing.
+fn straight(map: &tiny_skia::Pixmap) -> Vec<u8> {
+    let pixel = |p: &tiny_skia::PremultipliedColorU8| {
+        let c = p.demultiply();
+        [c.red(), c.green(), c.blue(), c.alpha()]
+    };
+    map.pixels().iter().flat_map(pixel).collect()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,96 @@
+//! The page: record, pictures, style and script in one HTML file that asks nothing of a network.
+
+use super::Explanation;
+use crate::{Error, Picture, Result};
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use std::borrow::Cow;
+
+const STYLE: &str = include_str!("page.css");
+const BODY: &str = include_str!("page.html");
+/// In the order they build on each other.
+const SCRIPTS: [&str; 4] =
+    [include_str!("page/tools.js"), include_str!("page/plots.js"), include_str!("page/stages.js"), include_str!("page/main.js")];
+/// Nothing may be fetched, whatever a volume is called.
+const POLICY: &str = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'";
+/// Largest side of the picture on the page.
+const SIDE: u32 = 1024;
+
+/// The bytes of a PNG of straight RGBA.
+pub(super) fn png(width: u32, height: u32, rgba: &[u8]) -> Result<Vec<u8>> {
+    let refused = |e: png::EncodingError| Error::invalid(format!("PNG: {e}"));
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    encoder.set_color(png::ColorType::Rgba);
+    encoder.set_depth(png::BitDepth::Eight);
+    let mut writer = encoder.write_header().map_err(refused)?;
+    writer.write_image_data(rgba).map_err(refused)?;
+    writer.finish().map_err(refused)?;
+    Ok(bytes)
+}
+
+fn uri(png: &[u8]) -> String {
+    format!("data:image/png;base64,{}", STANDARD.encode(png))
+}
+
+/// The picture as a PNG, shrunk by a whole factor to at most [`SIDE`] pixels a side.
+fn picture_uri(picture: &Picture) -> Result<String> {
+    let factor = picture.width().max(picture.height()).div_ceil(SIDE);
+    let small = if factor > 1 { Cow::Owned(shrunk(picture, factor)) } else { Cow::Borrowed(picture) };
+    Ok(uri(&png(small.width(), small.height(), &small.to_rgba8())?))
+}
+
+/// Means over squares of `factor` pixels.
+fn shrunk(picture: &Picture, factor: u32) -> Picture {
+    let (width, height) = (picture.width().div_ceil(factor), picture.height().div_ceil(factor));
+    let mean = |x: u32, y: u32| {
+        let (mut sum, mut n) = ([0.0f32; 4], 0.0f32);
+        for py in y * factor..(y * factor + factor).min(picture.height()) {
+            for px in x * factor..(x * factor + factor).min(picture.width()) {
+                let p = picture.pixel(px, py);
+                for c in 0..4 {
+                    sum[c] += p[c];
+                }
+                n += 1.0;
+            }
+        }
+        sum.map(|s| s / n)
+    };
+    let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| mean(x, y)).collect();
+    Picture::new(width, height, pixels)
+}
+
+/// JSON that may stand in a script element: no end tag, no comment.
+fn inert(json: &str) -> String {
+    json.replace('<', "\\u003c")
+}
+
+/// Text that may stand in an element.
+fn text(s: &str) -> String {
+    s.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}
+
+pub(super) fn page(explanation: &Explanation) -> Result<String> {
+    let name = explanation.record.scene.name();
+    let mut pictures = serde_json::Map::new();
+    pictures.insert("picture".into(), picture_uri(&explanation.picture)?.into());
+    pictures.insert("drawing".into(), uri(&explanation.drawing).into());
+    if let Some([weighted, literal]) = &explanation.fogs {
+        pictures.insert("weighted".into(), picture_uri(weighted)?.into());
+        pictures.insert("literal".into(), picture_uri(literal)?.into());
+    }
+    let pictures = inert(&serde_json::Value::Object(pictures).to_string());
+    let record = inert(&explanation.json()?);
+    Ok([
+        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n",
+        "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n",
+        "<meta name=\"color-scheme\" content=\"light dark\">\n",
+        &format!("<meta http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\">\n"),
+        "<link rel=\"icon\" href=\"data:,\">\n",
+        &format!("<title>{} step by step</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n{BODY}", text(&name)),
+        &format!("<script type=\"application/json\" id=\"record\">{record}</script>\n"),
+        &format!("<script type=\"application/json\" id=\"pictures\">{pictures}</script>\n"),
+        &format!("<script>\n\"use strict\";\n{}</script>\n</body>\n</html>\n", SCRIPTS.concat()),
+    ]
+    .concat())
+}

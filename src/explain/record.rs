@@ -1,0 +1,312 @@
+//! The record in the form that the page and notebooks read: columns aligned with the slices of a pixel.
+//!
+//! f32 numbers are written with as many digits as it takes to read the same f32 again; `null` stands for nothing gathered yet, and
+//! in a stage's columns for slices on which the stage did not run.
+
+use super::recorder::{Journey, Skipped, Snapshot, Step, WHOLE};
+use crate::Volume;
+use crate::lanes::ToF32;
+use crate::scene::{Fog, FogDistance, Scene};
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// A column: one entry a recorded slice.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
+pub(super) enum Column {
+    Flag(Vec<Option<bool>>),
+    Number(Vec<Option<f32>>),
+    Triple(Vec<Option<[f32; 3]>>),
+    Voxel(Vec<Option<[u64; 3]>>),
+}
+
+/// What one stage changed.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(super) struct StageColumns {
+    pub(super) name: String,
+    /// covered, length, cell, weight, value, color, alpha, sum, transmittance: those that the stage is known to set or changed.
+    pub(super) columns: BTreeMap<&'static str, Column>,
+}
+
+/// A pixel's way through the stack.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(super) struct PixelRecord {
+    pub(super) x: u32,
+    pub(super) y: u32,
+    /// The picture's own pixel: premultiplied RGBA over the background.
+    pub(super) picture: [f32; 4],
+    /// First and last slice that covers it.
+    pub(super) span: Option<(u64, u64)>,
+    /// Depth at which its ray enters and leaves the box, clip planes left out.
+    pub(super) through: Option<[f64; 2]>,
+    /// The ray's points at the stack's near and far end, in the drawing.
+    pub(super) drawn: [[f64; 2]; 2],
+    /// Lengths of the first and the last piece of its ray, in slabs along the depth.
+    pub(super) ends: [f32; 2],
+    /// Length of the ray per unit of depth.
+    pub(super) slant: f32,
+    pub(super) start: [f32; 4],
+    pub(super) gathered: [f32; 4],
+    /// Runs of slices passed over: from, up to but without, and whether it was because the block was finished.
+    pub(super) skipped: Vec<(u64, u64, bool)>,
+    /// Recorded slices in the order they were blended.
+    pub(super) slice: Vec<u64>,
+    pub(super) depth: Vec<f32>,
+    pub(super) covered: Vec<bool>,
+    /// Covered fragments of the block, one bit each in hex, first pixel in the lowest; `null` where all 64 are.
+    pub(super) mask: Vec<Option<String>>,
+    /// Length of the piece of the ray, in slabs.
+    pub(super) length: Vec<f32>,
+    /// The eight voxels around, x fastest, as the numbers that are interpolated.
+    pub(super) corners: Vec<[f32; 8]>,
+    /// Four interpolations along x, two along y, one along z, in f32; `null` where the last is not the value looked up.
+    pub(super) rounds: Vec<Option<[f32; 7]>>,
+    /// The transfer function itself at the value: straight red, green, blue, and opacity per reference length.
+    pub(super) exact: Vec<[f32; 4]>,
+    /// Distance that fog is computed from, and the factor there.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(super) fog: Vec<[f32; 2]>,
+    pub(super) stages: Vec<StageColumns>,
+    /// Premultiplied colour and opacity that went into the blend.
+    pub(super) color: Vec<[f32; 3]>,
+    pub(super) alpha: Vec<f32>,
+    /// What the pixel has gathered after the slice.
+    pub(super) sum: Vec<[f32; 3]>,
+    pub(super) transmittance: Vec<f32>,
+    /// The same pixel rendered in other ways.
+    pub(super) twins: BTreeMap<&'static str, Twin>,
+}
+
+/// A pixel rendered in another way, by the same pipeline.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(super) struct Twin {
+    pub(super) slice: Vec<u64>,
+    pub(super) covered: Vec<bool>,
+    pub(super) color: Vec<[f32; 3]>,
+    pub(super) alpha: Vec<f32>,
+    pub(super) sum: Vec<[f32; 3]>,
+    pub(super) transmittance: Vec<f32>,
+    pub(super) gathered: [f32; 4],
+    /// The closed sum of the recorded fragments, in f64; for the order front to back alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) closed: Option<[f64; 4]>,
+}
+
+impl Twin {
+    pub(super) fn new(journey: &Journey, closed: bool) -> Self {
+        let after = || journey.steps.iter().map(Step::after);
+        Self {
+            slice: journey.steps.iter().map(|s| s.slice).collect(),
+            covered: after().map(|s| s.covered).collect(),
+            color: after().map(|s| s.color).collect(),
+            alpha: after().map(|s| s.alpha).collect(),
+            sum: after().map(|s| s.sum).collect(),
+            transmittance: after().map(|s| s.transmittance).collect(),
+            gathered: journey.gathered,
+            closed: closed.then_some(journey.closed),
+        }
+    }
+}
+
+/// What all pixels of a record share.
+#[derive(Clone, Copy)]
+pub(super) struct Context<'c> {
+    pub(super) volume: &'c Volume,
+    pub(super) scene: &'c Scene,
+    pub(super) to_f32: Option<ToF32>,
+}
+
+impl Context<'_> {
+    /// (scale, offset): value in the data's units = scale * number + offset.
+    pub(super) fn scale(&self) -> (f64, f64) {
+        let (slope, intercept) = self.volume.rescale();
+        let m = self.to_f32.unwrap_or(ToF32 { gain: 1.0, bias: 0.0 });
+        (slope / m.gain, slope * (m.bias / m.gain) + intercept)
+    }
+
+    /// Voxel (i,j,k) of a place in memory order.
+    fn voxel(&self, at: u64) -> [u64; 3] {
+        let [nx, ny, _] = self.volume.grid().dims().map(|n| n as u64);
+        [at % nx, at / nx % ny, at / nx / ny]
+    }
+
+    /// The eight voxels of the cell whose lowest is `at`, as the numbers that stages interpolate.
+    fn corners(&self, at: u64) -> [f32; 8] {
+        let dims = self.volume.grid().dims();
+        let low = self.voxel(at).map(|v| v as usize);
+        std::array::from_fn(|c| {
+            let [i, j, k] = [0, 1, 2].map(|axis: usize| (low[axis] + (c >> axis & 1)).min(dims[axis] - 1));
+            let stored = self.volume.voxels().get((k * dims[1] + j) * dims[0] + i);
+            match self.to_f32 {
+                Some(m) => (stored * m.gain - m.bias) as f32,
+                None => stored as f32,
+            }
+        })
+    }
+}
+
+/// The rounds of trilinear interpolation between `c` at weights `w`, rounded as the stage rounds.
+fn rounds(c: &[f32; 8], w: [f32; 3]) -> [f32; 7] {
+    let lerp = |a: f32, b: f32, t: f32| a + t * (b - a);
+    let x = [0, 2, 4, 6].map(|i: usize| lerp(c[i], c[i + 1], w[0]));
+    let y = [lerp(x[0], x[1], w[1]), lerp(x[2], x[3], w[1])];
+    [x[0], x[1], x[2], x[3], y[0], y[1], lerp(y[0], y[1], w[2])]
+}
+
+/// What the stages of this crate set; others show what they changed.
+fn sets(stage: &str) -> &'static [&'static str] {
+    match stage {
+        "span" => &["covered", "length"],
+        "texcoord" => &["cell", "weight"],
+        "fetch" => &["value"],
+        "guard" => &["value", "covered"],
+        "classify" | "correct" | "mask" => &["color", "alpha"],
+        "fog" => &["color"],
+        "blend" => &["sum", "transmittance"],
+        _ => &[],
+    }
+}
+
+const QUANTITIES: [&str; 9] = ["covered", "length", "cell", "weight", "value", "color", "alpha", "sum", "transmittance"];
+
+fn same(quantity: &str, a: &Snapshot, b: &Snapshot) -> bool {
+    match quantity {
+        "covered" => a.covered == b.covered,
+        "length" => a.length == b.length,
+        "cell" => a.cell == b.cell,
+        "weight" => a.weight == b.weight,
+        "value" => a.value == b.value || (a.value.is_nan() && b.value.is_nan()),
+        "color" => a.color == b.color,
+        "alpha" => a.alpha == b.alpha,
+        "sum" => a.sum == b.sum,
+        _ => a.transmittance == b.transmittance,
+    }
+}
+
+/// Columns of every stage that ran on any of `steps`, in the order they ran.
+fn stages(steps: &[Step], context: Context<'_>) -> Vec<StageColumns> {
+    // A stage that runs twice on a slice is told apart by a number.
+    let mut names: Vec<String> = Vec::new();
+    let mut runs: Vec<BTreeMap<String, (Snapshot, Snapshot)>> = Vec::new();
+    for step in steps {
+        let (mut run, mut before) = (BTreeMap::new(), step.before);
+        let mut place = 0;
+        for (name, after) in &step.stages {
+            let mut unique = (*name).to_owned();
+            let mut n = 1;
+            while run.contains_key(&unique) {
+                n += 1;
+                unique = format!("{name} {n}");
+            }
+            place = match names.iter().position(|s| *s == unique) {
+                Some(at) => at + 1,
+                None => {
+                    names.insert(place, unique.clone());
+                    place + 1
+                }
+            };
+            run.insert(unique, (before, *after));
+            before = *after;
+        }
+        runs.push(run);
+    }
+    let column = |name: &String, quantity: &str| {
+        let each = || runs.iter().map(|r| r.get(name).map(|(_, after)| after));
+        match quantity {
+            "covered" => Column::Flag(each().map(|s| s.map(|s| s.covered)).collect()),
+            "length" => Column::Number(each().map(|s| s.map(|s| s.length)).collect()),
+            "cell" => Column::Voxel(each().map(|s| s.map(|s| context.voxel(s.cell))).collect()),
+            "weight" => Column::Triple(each().map(|s| s.map(|s| s.weight)).collect()),
+            "value" => Column::Number(each().map(|s| s.map(|s| s.value)).collect()),
+            "color" => Column::Triple(each().map(|s| s.map(|s| s.color)).collect()),
+            "alpha" => Column::Number(each().map(|s| s.map(|s| s.alpha)).collect()),
+            "sum" => Column::Triple(each().map(|s| s.map(|s| s.sum)).collect()),
+            _ => Column::Number(each().map(|s| s.map(|s| s.transmittance)).collect()),
+        }
+    };
+    names
+        .iter()
+        .map(|name| {
+            let changed = |q: &str| runs.iter().filter_map(|r| r.get(name)).any(|(a, b)| !same(q, a, b));
+            let wanted = QUANTITIES.into_iter().filter(|q| sets(name).contains(q) || changed(q));
+            StageColumns { name: name.clone(), columns: wanted.map(|q| (q, column(name, q))).collect() }
+        })
+        .collect()
+}
+
+/// Distance that fog is computed from, and the factor there, on one slice of a pixel.
+fn fogged(fog: &Fog, journey: &Journey, step: &Step) -> [f32; 2] {
+    match fog.distance() {
+        FogDistance::Planar => [step.depth, step.fog],
+        FogDistance::Radial => {
+            let along = f64::from(step.depth) * f64::from(journey.slant);
+            let z = (along * along + f64::from(journey.plane_squared)).sqrt();
+            [z as f32, fog.factor(z) as f32]
+        }
+    }
+}
+
+impl PixelRecord {
+    /// The record of pixel (x,y); without a journey, of a pixel that no slice covers.
+    pub(super) fn new((x, y): (u32, u32), picture: [f32; 4], start: [f32; 4], journey: Option<&Journey>, context: Context<'_>) -> Self {
+        let mut record = Self {
+            x,
+            y,
+            picture,
+            span: None,
+            through: None,
+            drawn: [[0.0; 2]; 2],
+            ends: [0.0; 2],
+            slant: 1.0,
+            start,
+            gathered: start,
+            skipped: Vec::new(),
+            slice: Vec::new(),
+            depth: Vec::new(),
+            covered: Vec::new(),
+            mask: Vec::new(),
+            length: Vec::new(),
+            corners: Vec::new(),
+            rounds: Vec::new(),
+            exact: Vec::new(),
+            fog: Vec::new(),
+            stages: Vec::new(),
+            color: Vec::new(),
+            alpha: Vec::new(),
+            sum: Vec::new(),
+            transmittance: Vec::new(),
+            twins: BTreeMap::new(),
+        };
+        let Some(journey) = journey else { return record };
+        record.span = journey.span;
+        record.ends = journey.ends;
+        record.slant = journey.slant;
+        record.start = journey.start;
+        record.gathered = journey.gathered;
+        record.skipped = journey.skipped.iter().map(|&Skipped { from, to, finished }| (from, to, finished)).collect();
+        let (scale, offset) = context.scale();
+        for step in &journey.steps {
+            let s = step.after();
+            let corners = context.corners(s.cell);
+            let looked_up = rounds(&corners, s.weight);
+            let value = step.stages.iter().rev().find(|(name, _)| *name == "fetch").map_or(s.value, |(_, s)| s.value);
+            let exact = context.scene.transfer().eval(scale * f64::from(s.value) + offset);
+            let [r, g, b] = exact.rgb.map(|c| c as f32);
+            record.slice.push(step.slice);
+            record.depth.push(step.depth);
+            record.covered.push(s.covered);
+            record.mask.push((step.mask != WHOLE).then(|| format!("{:016x}", step.mask)));
+            record.length.push(s.length);
+            record.corners.push(corners);
+            record.rounds.push((looked_up[6] == value).then_some(looked_up));
+            record.exact.push([r, g, b, exact.alpha as f32]);
+            record.fog.extend(context.scene.fog().map(|fog| fogged(fog, journey, step)));
+            record.color.push(s.color);
+            record.alpha.push(s.alpha);
+            record.sum.push(s.sum);
+            record.transmittance.push(s.transmittance);
+        }
+        record.stages = stages(&journey.steps, context);
+        record
+    }
+}

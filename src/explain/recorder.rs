@@ -1,0 +1,249 @@
+//! The recorder: an onlooker that copies down what every stage did to chosen pixels.
+
+use crate::fragment::batch::{BATCH, SIDE};
+use crate::fragment::{Batch, Frame};
+use crate::lanes::ToF32;
+use crate::proxy::Stack;
+use crate::raster::Watch;
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// What to record.
+#[derive(Debug)]
+pub(super) struct Wanted {
+    /// Lanes to record, with the pixel's place in the list they came from, by the first pixel of their block.
+    blocks: BTreeMap<(u32, u32), Vec<(usize, usize)>>,
+    /// Slices to record step by step.
+    slices: Range<i64>,
+}
+
+impl Wanted {
+    /// Pixels (x,y) and slices to record.
+    pub(super) fn new(pixels: &[(u32, u32)], slices: Range<u64>) -> Self {
+        let mut blocks: BTreeMap<_, Vec<_>> = BTreeMap::new();
+        for (at, &(x, y)) in pixels.iter().enumerate() {
+            let side = SIDE as u32;
+            let lane = (y % side * side + x % side) as usize;
+            blocks.entry((x / side * side, y / side * side)).or_default().push((lane, at));
+        }
+        Self { blocks, slices: slices.start as i64..slices.end as i64 }
+    }
+}
+
+/// One fragment's numbers, and its pixel's, at one moment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Snapshot {
+    pub(super) covered: bool,
+    /// Length of the piece of the ray, in slabs.
+    pub(super) length: f32,
+    /// The cell's lowest voxel, counted in memory order.
+    pub(super) cell: u64,
+    pub(super) weight: [f32; 3],
+    /// The number looked up.
+    pub(super) value: f32,
+    /// Premultiplied colour and opacity of the slab.
+    pub(super) color: [f32; 3],
+    pub(super) alpha: f32,
+    /// What the pixel has gathered, and the transmittance left to it.
+    pub(super) sum: [f32; 3],
+    pub(super) transmittance: f32,
+}
+
+impl Snapshot {
+    fn of(batch: &Batch, i: usize) -> Self {
+        // Only one of the two is in use; the other stays 0.
+        let offset = batch.far_offset[i].wrapping_add_signed(i64::from(batch.offset[i]));
+        Self {
+            covered: batch.mask >> i & 1 == 1,
+            length: batch.length[i],
+            cell: (batch.cells.base as u64).wrapping_add(offset),
+            weight: [0, 1, 2].map(|axis: usize| batch.weight[axis][i]),
+            value: batch.value[i],
+            color: [0, 1, 2].map(|c: usize| batch.color[c][i]),
+            alpha: batch.alpha[i],
+            sum: [0, 1, 2].map(|c: usize| batch.pixels.color[c][i]),
+            transmittance: batch.pixels.transmittance[i],
+        }
+    }
+}
+
+/// A slice on a pixel's way.
+#[derive(Debug, Clone)]
+pub(super) struct Step {
+    pub(super) slice: u64,
+    /// Depth of the plane as the stages have it.
+    pub(super) depth: f32,
+    /// Fog factor of the whole slice, where fog is planar.
+    pub(super) fog: f32,
+    /// Covered fragments of the block.
+    pub(super) mask: u64,
+    /// Before any stage.
+    pub(super) before: Snapshot,
+    /// After each stage, in order.
+    pub(super) stages: Vec<(&'static str, Snapshot)>,
+}
+
+impl Step {
+    /// After the last stage.
+    pub(super) fn after(&self) -> &Snapshot {
+        self.stages.last().map_or(&self.before, |(_, s)| s)
+    }
+}
+
+/// A run of slices that was passed over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Skipped {
+    pub(super) from: u64,
+    pub(super) to: u64,
+    /// Every pixel of the block was done; else nothing in these slices shows.
+    pub(super) finished: bool,
+}
+
+/// A pixel's way through the stack.
+#[derive(Debug, Clone)]
+pub(super) struct Journey {
+    /// Which of the wanted pixels.
+    at: usize,
+    lane: usize,
+    /// First and last slice that covers it.
+    pub(super) span: Option<(u64, u64)>,
+    /// Lengths of the first and the last piece of its ray, in slabs along the depth.
+    pub(super) ends: [f32; 2],
+    /// Length of the ray per unit of depth.
+    pub(super) slant: f32,
+    /// Squared distance from the picture's middle, for radial fog of parallel rays.
+    pub(super) plane_squared: f32,
+    /// What it starts from: colour, transmittance.
+    pub(super) start: [f32; 4],
+    /// Recorded slices in the order they were blended.
+    pub(super) steps: Vec<Step>,
+    pub(super) skipped: Vec<Skipped>,
+    /// What it has gathered in the end.
+    pub(super) gathered: [f32; 4],
+    /// The sum over k of C_k prod_{j<k} (1 - A_j), and that product over all, in f64: nearest slice first.
+    pub(super) closed: [f64; 4],
+}
+
+/// Records pixels.
+#[derive(Debug)]
+pub(super) struct Recorder {
+    wanted: Arc<Wanted>,
+    /// By place in the list of wanted pixels.
+    pub(super) journeys: BTreeMap<usize, Journey>,
+    /// How stored values become numbers.
+    pub(super) to_f32: Option<ToF32>,
+    current: Vec<Journey>,
+    /// Whether the slice at hand is recorded step by step, and whether it has begun.
+    slice: Option<i64>,
+}
+
+impl Recorder {
+    pub(super) fn new(wanted: Arc<Wanted>) -> Self {
+        Self { wanted, journeys: BTreeMap::new(), to_f32: None, current: Vec::new(), slice: None }
+    }
+
+    /// Ends the slice at hand: its fragment enters the closed sum.
+    fn settle(&mut self, batch: &Batch) {
+        if self.slice.take().is_none() {
+            return;
+        }
+        for journey in &mut self.current {
+            let s = Snapshot::of(batch, journey.lane);
+            if s.covered {
+                for c in 0..3 {
+                    journey.closed[c] += journey.closed[3] * f64::from(s.color[c]);
+                }
+                journey.closed[3] *= 1.0 - f64::from(s.alpha);
+            }
+        }
+    }
+}
+
+impl Watch for Recorder {
+    fn fresh(&self) -> Self {
+        Self::new(Arc::clone(&self.wanted))
+    }
+
+    fn wants(&self, x: u32, y: u32) -> bool {
+        self.wanted.blocks.contains_key(&(x, y))
+    }
+
+    fn block(&mut self, _: &Stack, x: u32, y: u32, batch: &Batch) {
+        self.slice = None;
+        let lanes = self.wanted.blocks.get(&(x, y)).map_or(&[][..], Vec::as_slice);
+        let p = &batch.pixels;
+        let journey = |&(i, at): &(usize, usize)| {
+            let start = [p.color[0][i], p.color[1][i], p.color[2][i], p.transmittance[i]];
+            Journey {
+                at,
+                lane: i,
+                span: (p.first[i] <= p.last[i]).then_some((p.first[i] as u64, p.last[i] as u64)),
+                ends: [p.first_length[i], p.last_length[i]],
+                slant: p.slant[i],
+                plane_squared: p.plane_squared[i],
+                start,
+                steps: Vec::new(),
+                skipped: Vec::new(),
+                gathered: start,
+                closed: [0.0, 0.0, 0.0, 1.0],
+            }
+        };
+        self.current = lanes.iter().map(journey).collect();
+    }
+
+    fn slice(&mut self, frame: &Frame<'_>, batch: &Batch) {
+        self.settle(batch);
+        self.slice = Some(i64::from(batch.slice));
+        self.to_f32 = frame.to_f32;
+        if !self.wanted.slices.contains(&i64::from(batch.slice)) {
+            return;
+        }
+        for journey in &mut self.current {
+            journey.steps.push(Step {
+                slice: batch.slice as u64,
+                depth: batch.depth,
+                fog: batch.fog,
+                mask: 0,
+                before: Snapshot::of(batch, journey.lane),
+                stages: Vec::new(),
+            });
+        }
+    }
+
+    fn stage(&mut self, name: &'static str, _: &Frame<'_>, batch: &Batch) {
+        if !self.slice.is_some_and(|k| self.wanted.slices.contains(&k)) {
+            return;
+        }
+        for journey in &mut self.current {
+            if let Some(step) = journey.steps.last_mut() {
+                step.mask = batch.mask;
+                step.stages.push((name, Snapshot::of(batch, journey.lane)));
+            }
+        }
+    }
+
+    fn skipped(&mut self, from: i64, to: i64, finished: bool) {
+        for journey in &mut self.current {
+            journey.skipped.push(Skipped { from: from as u64, to: to as u64, finished });
+        }
+    }
+
+    fn done(&mut self, batch: &Batch) {
+        self.settle(batch);
+        let p = &batch.pixels;
+        for mut journey in self.current.drain(..) {
+            let i = journey.lane;
+            journey.gathered = [p.color[0][i], p.color[1][i], p.color[2][i], p.transmittance[i]];
+            self.journeys.insert(journey.at, journey);
+        }
+    }
+
+    fn merge(&mut self, other: Self) {
+        self.journeys.extend(other.journeys);
+        self.to_f32 = self.to_f32.or(other.to_f32);
+    }
+}
+
+/// Most fragments a block can have on a slice; masks are written in hex.
+pub(super) const WHOLE: u64 = u64::MAX >> (64 - BATCH);

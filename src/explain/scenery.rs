@@ -1,0 +1,134 @@
+//! The scene in the numbers that the page tells.
+
+use crate::Volume;
+use crate::proxy::Stack;
+use crate::scene::{Blend, Fog, FogDistance, FogMode, FogWeighting, Order, Scene};
+use serde::Serialize;
+
+/// Bins of the histogram on the transfer function's plot.
+const BINS: usize = 128;
+
+/// Fog.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(super) struct FogRecord {
+    mode: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    start: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    end: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    density: Option<f64>,
+    color: [f64; 3],
+    distance: &'static str,
+    weighting: &'static str,
+    /// Distance and factor, over the stack's depth and a little more.
+    curve: Vec<[f64; 2]>,
+}
+
+impl FogRecord {
+    fn new(fog: &Fog, stack: &Stack) -> Self {
+        let (mode, start, end, density) = match fog.mode() {
+            FogMode::Linear { start, end } => ("linear", Some(start), Some(end), None),
+            FogMode::Exp { density } => ("exp", None, None, Some(density)),
+            FogMode::Exp2 { density } => ("exp2", None, None, Some(density)),
+        };
+        let margin = 0.15 * (stack.far - stack.near);
+        let (low, high) = ((stack.near - margin).max(0.0), stack.far + margin);
+        let at = |i: u32| low + (high - low) * f64::from(i) / 96.0;
+        Self {
+            mode,
+            start,
+            end,
+            density,
+            color: fog.color(),
+            distance: if fog.distance() == FogDistance::Planar { "planar" } else { "radial" },
+            weighting: if fog.weighting() == FogWeighting::Alpha { "alpha" } else { "literal" },
+            curve: (0..=96).map(|i| [at(i), fog.factor(at(i))]).collect(),
+        }
+    }
+}
+
+/// A scene and its volume.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(super) struct SceneRecord {
+    volume: String,
+    dims: [usize; 3],
+    spacing: [f64; 3],
+    voxel_type: &'static str,
+    /// Least and greatest value, data units.
+    range: [f64; 2],
+    /// Share of voxels in each of as many equal parts of the range.
+    histogram: Vec<f64>,
+    width: u32,
+    height: u32,
+    background: [f64; 4],
+    blend: &'static str,
+    /// Level or threshold of the projection.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    level: Option<f64>,
+    order: &'static str,
+    terminate: f32,
+    /// Reference length of opacity, world units.
+    opacity_unit: f64,
+    /// Thickness of a slab in reference lengths.
+    ratio: f64,
+    /// Value, red, green, blue.
+    color: Vec<[f64; 4]>,
+    /// Value, opacity per reference length.
+    opacity: Vec<[f64; 2]>,
+    fog: Option<FogRecord>,
+    /// The fog that the page shows with where the scene has none.
+    example_fog: FogRecord,
+    clip_planes: usize,
+    /// Choices that differ from the default.
+    method: String,
+}
+
+impl SceneRecord {
+    /// The volume's name without its folders.
+    pub(super) fn name(&self) -> String {
+        let last = self.volume.rsplit(['/', '\\']).next().unwrap_or_default();
+        if last.is_empty() { "volume".to_owned() } else { last.to_owned() }
+    }
+
+    pub(super) fn new(volume: &Volume, scene: &Scene, stack: &Stack, example: Fog) -> Self {
+        let statistics = volume.statistics();
+        let total: u64 = statistics.histogram.iter().sum::<u64>().max(1);
+        let parts = statistics.histogram.chunks(statistics.histogram.len().div_ceil(BINS));
+        let (blend, level) = match scene.blend() {
+            Blend::Over => ("over", None),
+            Blend::Mip => ("mip", None),
+            Blend::Min => ("min", None),
+            Blend::Average => ("average", None),
+            Blend::Add => ("add", None),
+            Blend::Lmip { threshold } => ("lmip", Some(threshold)),
+            Blend::Iso { level } => ("iso", Some(level)),
+        };
+        let unit = scene.opacity_unit().unwrap_or_else(|| volume.grid().smallest_spacing());
+        let b = scene.background();
+        let method = if scene.method() == crate::scene::Method::default() { String::new() } else { format!("{:?}", scene.method()) };
+        Self {
+            volume: volume.name().to_owned(),
+            dims: volume.grid().dims(),
+            spacing: volume.grid().spacing(),
+            voxel_type: volume.voxels().voxel_type().name(),
+            range: [statistics.min, statistics.max],
+            histogram: parts.map(|p| p.iter().sum::<u64>() as f64 / total as f64).collect(),
+            width: scene.size().0,
+            height: scene.size().1,
+            background: [b.rgb[0], b.rgb[1], b.rgb[2], b.alpha],
+            blend,
+            level,
+            order: if scene.order() == Order::BackToFront { "back-to-front" } else { "front-to-back" },
+            terminate: scene.terminate(),
+            opacity_unit: unit,
+            ratio: stack.spacing / unit,
+            color: scene.transfer().color().iter().map(|&(v, c)| [v, c[0], c[1], c[2]]).collect(),
+            opacity: scene.transfer().opacity().iter().map(|&(v, a)| [v, a]).collect(),
+            fog: scene.fog().map(|f| FogRecord::new(f, stack)),
+            example_fog: FogRecord::new(&example, stack),
+            clip_planes: scene.clip_planes().len(),
+            method,
+        }
+    }
+}
