@@ -1,9 +1,9 @@
 //! The picture building up, slab by slab.
 
-use super::steady;
+use super::{order, steady};
 use crate::fragment::Batch;
 use crate::raster::Watch;
-use crate::scene::{Blend, Order, Scene};
+use crate::scene::{Order, Scene};
 use crate::{Error, Picture, Renderer, Result, Settings, Volume};
 use std::ops::Range;
 
@@ -47,7 +47,7 @@ pub fn build_up(
         return Err(Error::invalid("the whole box lies behind the eye: there is nothing to build up"));
     }
     let n = u64::from(frames.max(1)).min(count);
-    let back = scene.order() == Order::BackToFront && scene.blend() == Blend::Over;
+    let back = order(scene) == Order::BackToFront;
     let refused = |e: png::EncodingError| Error::invalid(format!("animated PNG: {e}"));
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, scene.size().0, scene.size().1);

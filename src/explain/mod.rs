@@ -159,7 +159,7 @@ pub fn explain(volume: &Volume, scene: &Scene, settings: &Settings, request: &Re
     let mut pixels = vec![pixel];
     pixels.extend(choose(&survey, (width, height)).into_iter().filter(|&p| p != pixel));
 
-    let wanted = Arc::new(Wanted::new(&pixels, slices.clone()));
+    let wanted = Arc::new(Wanted::new(&pixels, slices.clone(), stack.count));
     let mut record = |scene: &Scene| Ok(renderer.render_watched(scene, Recorder::new(Arc::clone(&wanted)))?.2);
     let seen: Recorder = record(&scene)?;
     let context = Context { volume, scene: &scene, to_f32: seen.to_f32 };
@@ -175,8 +175,7 @@ pub fn explain(volume: &Volume, scene: &Scene, settings: &Settings, request: &Re
     }
     let mut twins = BTreeMap::new();
     for (name, how, other) in others(&scene, &stack)? {
-        // A form that this scene's other choices exclude has no twin.
-        let Ok(seen) = record(&other) else { continue };
+        let seen = record(&other)?;
         twins.insert(name, how);
         for (at, pixel) in records.iter_mut().enumerate() {
             if let Some(journey) = seen.journeys.get(&at) {
@@ -253,6 +252,11 @@ fn steady(renderer: &mut Renderer<'_>, scene: &Scene, pixel: Option<(u32, u32)>)
 /// What pixels start from.
 fn start(blend: Blend) -> [f32; 4] {
     crate::renderer::start_values(blend)
+}
+
+/// The order that slices are blended in.
+fn order(scene: &Scene) -> Order {
+    if scene.blend() == Blend::Over && !scene.method().is_pre_integrated() { scene.order() } else { Order::FrontToBack }
 }
 
 /// The pixel that most slices change; of several, the first.
@@ -366,12 +370,15 @@ fn others(scene: &Scene, stack: &Stack) -> Result<Vec<(&'static str, String, Sce
             "blended front to back, never ended early".to_owned(),
             scene.clone().with_order(Order::FrontToBack).with_terminate(0.0)?,
         ),
-        ("back-to-front", "blended back to front".to_owned(), scene.clone().with_order(Order::BackToFront)),
         ("fog-weighted", "in fog weighted by opacity".to_owned(), fogged(FogWeighting::Alpha)),
         ("fog-literal", "in fog by the literal formula".to_owned(), fogged(FogWeighting::Literal)),
     ];
+    if !scene.method().is_pre_integrated() {
+        list.push(("back-to-front", "blended back to front".to_owned(), scene.clone().with_order(Order::BackToFront)));
+    }
+    // Choices that exclude this form have no such twin.
     let riemann = Method { slab: SlabForm::Riemann, ..scene.method() };
-    if let Ok(other) = scene.clone().with_order(Order::FrontToBack).with_terminate(0.0)?.with_method(riemann) {
+    if let Ok(other) = to_the_end.with_method(riemann) {
         list.push(("riemann", "with slabs of opacity kappa L, the explicit Euler step".to_owned(), other));
     }
     Ok(list)

@@ -57,6 +57,11 @@ pub(super) struct PixelRecord {
     pub(super) mask: Vec<Option<String>>,
     /// Length of the piece of the ray, in slabs.
     pub(super) length: Vec<f32>,
+    /// The number looked up.
+    pub(super) value: Vec<f32>,
+    /// The number on the slab's near side, where slabs lie between two values.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(super) front: Vec<f32>,
     /// The eight voxels around, x fastest, as the numbers that are interpolated.
     pub(super) corners: Vec<[f32; 8]>,
     /// Four interpolations along x, two along y, one along z, in f32; `null` where the last is not the value looked up.
@@ -266,6 +271,8 @@ impl PixelRecord {
             covered: Vec::new(),
             mask: Vec::new(),
             length: Vec::new(),
+            value: Vec::new(),
+            front: Vec::new(),
             corners: Vec::new(),
             rounds: Vec::new(),
             exact: Vec::new(),
@@ -297,6 +304,10 @@ impl PixelRecord {
             record.covered.push(s.covered);
             record.mask.push((step.mask != WHOLE).then(|| format!("{:016x}", step.mask)));
             record.length.push(s.length);
+            record.value.push(s.value);
+            if context.scene.method().is_pre_integrated() {
+                record.front.push(step.front);
+            }
             record.corners.push(corners);
             record.rounds.push((looked_up[6] == value).then_some(looked_up));
             record.exact.push([r, g, b, exact.alpha as f32]);

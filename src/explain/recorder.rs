@@ -16,18 +16,25 @@ pub(super) struct Wanted {
     blocks: BTreeMap<(u32, u32), Vec<(usize, usize)>>,
     /// Slices to record step by step.
     slices: Range<i64>,
+    /// Whether they reach to the end of the stack, and what lies behind it is recorded too.
+    whole: bool,
 }
 
 impl Wanted {
-    /// Pixels (x,y) and slices to record.
-    pub(super) fn new(pixels: &[(u32, u32)], slices: Range<u64>) -> Self {
+    /// Pixels (x,y) and slices to record, of `count`.
+    pub(super) fn new(pixels: &[(u32, u32)], slices: Range<u64>, count: u64) -> Self {
+        let whole = slices.end == count;
         let mut blocks: BTreeMap<_, Vec<_>> = BTreeMap::new();
         for (at, &(x, y)) in pixels.iter().enumerate() {
             let side = SIDE as u32;
             let lane = (y % side * side + x % side) as usize;
             blocks.entry((x / side * side, y / side * side)).or_default().push((lane, at));
         }
-        Self { blocks, slices: slices.start as i64..slices.end as i64 }
+        Self { blocks, slices: slices.start as i64..slices.end as i64, whole }
+    }
+
+    fn takes(&self, slice: i64) -> bool {
+        slice >= self.slices.start && (slice < self.slices.end || self.whole)
     }
 }
 
@@ -51,9 +58,8 @@ pub(super) struct Snapshot {
 }
 
 impl Snapshot {
-    fn of(batch: &Batch, i: usize) -> Self {
-        // Only one of the two is in use; the other stays 0.
-        let offset = batch.far_offset[i].wrapping_add_signed(i64::from(batch.offset[i]));
+    fn of(batch: &Batch, far: bool, i: usize) -> Self {
+        let offset = if far { batch.far_offset[i] } else { batch.offset[i] as u64 };
         Self {
             covered: batch.mask >> i & 1 == 1,
             length: batch.length[i],
@@ -68,6 +74,11 @@ impl Snapshot {
     }
 }
 
+/// The value found before the one at hand.
+fn front(batch: &Batch, i: usize) -> f32 {
+    if batch.slice == batch.pixels.first[i] { batch.pixels.entry[i] } else { batch.pixels.previous[0][i] }
+}
+
 /// A slice on a pixel's way.
 #[derive(Debug, Clone)]
 pub(super) struct Step {
@@ -78,6 +89,8 @@ pub(super) struct Step {
     pub(super) fog: f32,
     /// Covered fragments of the block.
     pub(super) mask: u64,
+    /// The value at the slab's near side, for slabs between two values.
+    pub(super) front: f32,
     /// Before any stage.
     pub(super) before: Snapshot,
     /// After each stage, in order.
@@ -134,13 +147,17 @@ pub(super) struct Recorder {
     /// How stored values become numbers.
     pub(super) to_f32: Option<ToF32>,
     current: Vec<Journey>,
-    /// Whether the slice at hand is recorded step by step, and whether it has begun.
+    /// The slice that has begun.
     slice: Option<i64>,
+    /// Planes of the stack at hand.
+    count: u64,
+    /// See [`Frame::far`].
+    far: bool,
 }
 
 impl Recorder {
     pub(super) fn new(wanted: Arc<Wanted>) -> Self {
-        Self { wanted, journeys: BTreeMap::new(), to_f32: None, current: Vec::new(), slice: None }
+        Self { wanted, journeys: BTreeMap::new(), to_f32: None, current: Vec::new(), slice: None, count: 0, far: false }
     }
 
     /// Ends the slice at hand: its fragment enters the closed sum.
@@ -149,7 +166,7 @@ impl Recorder {
             return;
         }
         for journey in &mut self.current {
-            let s = Snapshot::of(batch, journey.lane);
+            let s = Snapshot::of(batch, self.far, journey.lane);
             if s.covered {
                 for c in 0..3 {
                     journey.closed[c] += journey.closed[3] * f64::from(s.color[c]);
@@ -169,8 +186,9 @@ impl Watch for Recorder {
         self.wanted.blocks.contains_key(&(x, y))
     }
 
-    fn block(&mut self, _: &Stack, x: u32, y: u32, batch: &Batch) {
+    fn block(&mut self, stack: &Stack, x: u32, y: u32, batch: &Batch) {
         self.slice = None;
+        self.count = stack.count;
         let lanes = self.wanted.blocks.get(&(x, y)).map_or(&[][..], Vec::as_slice);
         let p = &batch.pixels;
         let journey = |&(i, at): &(usize, usize)| {
@@ -194,31 +212,40 @@ impl Watch for Recorder {
 
     fn slice(&mut self, frame: &Frame<'_>, batch: &Batch) {
         self.settle(batch);
-        self.slice = Some(i64::from(batch.slice));
+        // Pieces behind the last slice come as a slice behind all of them.
+        let behind = batch.slice == i32::MAX;
+        let slice = if behind { self.count as i64 } else { i64::from(batch.slice) };
+        self.slice = Some(slice);
         self.to_f32 = frame.to_f32;
-        if !self.wanted.slices.contains(&i64::from(batch.slice)) {
+        self.far = frame.far;
+        if !self.wanted.takes(slice) {
             return;
         }
         for journey in &mut self.current {
             journey.steps.push(Step {
-                slice: batch.slice as u64,
+                slice: slice as u64,
                 depth: batch.depth,
                 fog: batch.fog,
                 mask: 0,
-                before: Snapshot::of(batch, journey.lane),
+                front: front(batch, journey.lane),
+                before: Snapshot::of(batch, self.far, journey.lane),
                 stages: Vec::new(),
             });
         }
     }
 
     fn stage(&mut self, name: &'static str, _: &Frame<'_>, batch: &Batch) {
-        if !self.slice.is_some_and(|k| self.wanted.slices.contains(&k)) {
+        if !self.slice.is_some_and(|k| self.wanted.takes(k)) {
             return;
         }
+        let far = self.far;
         for journey in &mut self.current {
             if let Some(step) = journey.steps.last_mut() {
                 step.mask = batch.mask;
-                step.stages.push((name, Snapshot::of(batch, journey.lane)));
+                if name == "fetch" {
+                    step.front = front(batch, journey.lane);
+                }
+                step.stages.push((name, Snapshot::of(batch, far, journey.lane)));
             }
         }
     }

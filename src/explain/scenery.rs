@@ -2,7 +2,9 @@
 
 use crate::Volume;
 use crate::proxy::Stack;
-use crate::scene::{Blend, Fog, FogDistance, FogMode, FogWeighting, Order, Scene};
+use crate::scene::{
+    Blend, Classification, Ends, Filter, Fog, FogDistance, FogMode, FogWeighting, Method, Order, SampleAt, Scene, SlabForm, Target,
+};
 use serde::Serialize;
 
 /// Bins of the histogram on the transfer function's plot.
@@ -48,6 +50,35 @@ impl FogRecord {
     }
 }
 
+/// How rays are integrated.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+struct MethodRecord {
+    classification: &'static str,
+    filter: &'static str,
+    slab: &'static str,
+    sample: &'static str,
+    ends: &'static str,
+    target: &'static str,
+}
+
+impl MethodRecord {
+    fn new(method: Method) -> Self {
+        Self {
+            classification: match method.classification {
+                Classification::Post => "post",
+                Classification::Pre => "pre",
+                Classification::PreIntegrated => "pre-integrated",
+                Classification::SecondOrder => "second-order",
+            },
+            filter: if method.filter == Filter::Linear { "linear" } else { "nearest" },
+            slab: if method.slab == SlabForm::Exponential { "exponential" } else { "riemann" },
+            sample: if method.sample == SampleAt::Center { "center" } else { "end" },
+            ends: if method.ends == Ends::Partial { "partial" } else { "whole" },
+            target: if method.target == Target::F32 { "f32" } else { "unorm8" },
+        }
+    }
+}
+
 /// A scene and its volume.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(super) struct SceneRecord {
@@ -80,8 +111,7 @@ pub(super) struct SceneRecord {
     /// The fog that the page shows with where the scene has none.
     example_fog: FogRecord,
     clip_planes: usize,
-    /// Choices that differ from the default.
-    method: String,
+    method: MethodRecord,
 }
 
 impl SceneRecord {
@@ -106,7 +136,6 @@ impl SceneRecord {
         };
         let unit = scene.opacity_unit().unwrap_or_else(|| volume.grid().smallest_spacing());
         let b = scene.background();
-        let method = if scene.method() == crate::scene::Method::default() { String::new() } else { format!("{:?}", scene.method()) };
         Self {
             volume: volume.name().to_owned(),
             dims: volume.grid().dims(),
@@ -119,7 +148,7 @@ impl SceneRecord {
             background: [b.rgb[0], b.rgb[1], b.rgb[2], b.alpha],
             blend,
             level,
-            order: if scene.order() == Order::BackToFront { "back-to-front" } else { "front-to-back" },
+            order: if super::order(scene) == Order::BackToFront { "back-to-front" } else { "front-to-back" },
             terminate: scene.terminate(),
             opacity_unit: unit,
             ratio: stack.spacing / unit,
@@ -128,7 +157,7 @@ impl SceneRecord {
             fog: scene.fog().map(|f| FogRecord::new(f, stack)),
             example_fog: FogRecord::new(&example, stack),
             clip_planes: scene.clip_planes().len(),
-            method,
+            method: MethodRecord::new(scene.method()),
         }
     }
 }

@@ -6,7 +6,6 @@ use super::resolve::Resolve;
 use super::watch::Watch;
 use crate::fragment::Batch;
 use crate::fragment::batch::SIDE;
-use crate::scene::FogDistance;
 use crate::settings::Progress;
 use crate::{Error, Result};
 use rayon::prelude::*;
@@ -85,7 +84,7 @@ pub(crate) fn render_tiles<W: Watch>(
     progress: Option<&dyn Progress>,
     watch: &W,
 ) -> Result<(Counters, W)> {
-    let beams = Beams::new(work.stack, work.fog.is_some_and(|f| f.distance() == FogDistance::Radial));
+    let beams = Beams::new(work.stack, work.radial, work.outer);
     let mut tiles = cut(pixels, work.stack.view.width as usize, side as usize);
     let (total, done, stopped) = (tiles.len() as u64, AtomicU64::new(0), AtomicBool::new(false));
     let seen = tiles
