@@ -364,12 +364,9 @@ fn others(scene: &Scene, stack: &Stack) -> Result<Vec<(&'static str, String, Sce
         None => example_fog(stack)?,
     };
     let fogged = |weighting| scene.clone().with_fog(Some(fog.with_weighting(weighting)));
+    let to_the_end = scene.clone().with_order(Order::FrontToBack).with_terminate(0.0)?;
     let mut list = vec![
-        (
-            "front-to-back",
-            "blended front to back, never ended early".to_owned(),
-            scene.clone().with_order(Order::FrontToBack).with_terminate(0.0)?,
-        ),
+        ("front-to-back", "blended front to back, never ended early".to_owned(), to_the_end.clone()),
         ("fog-weighted", "in fog weighted by opacity".to_owned(), fogged(FogWeighting::Alpha)),
         ("fog-literal", "in fog by the literal formula".to_owned(), fogged(FogWeighting::Literal)),
     ];

@@ -41,6 +41,7 @@ fn frame<'v>(voxels: &'v Voxels, n: &mut Numbers, mode: FogMode, weighted: bool)
         voxels,
         packed: None,
         strides: [1, DIMS[0], DIMS[0] * DIMS[1]],
+        far: false,
         to_f32: None,
         table: LookupTable::new(&colors),
         table_low: 3.0,
