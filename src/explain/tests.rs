@@ -1,1 +1,315 @@
+use super::*;
+use crate::fragment::Batch;
+use crate::raster::Resolve;
+use crate::scene::{
+    Accumulation, Camera, Classification, ClipPlane, Ends, Filter, FogDistance, Placement, Projection, SampleAt, Straight, Target,
+    TransferFunction,
+};
+use crate::volume::phantom::Phantom;
+use crate::volume::{Grid, Voxels};
+use glam::DVec3;
 
+const PARALLEL: Projection = Projection::Orthographic { height: None };
+const WIDE: Projection = Projection::Perspective { fov_y: 50.0 };
+
+fn haze() -> TransferFunction {
+    let color = vec![(0.0, [0.2, 0.4, 1.0]), (0.3, [1.0, 0.8, 0.2]), (0.7, [1.0, 0.2, 0.1])];
+    TransferFunction::new(color, vec![(0.05, 0.0), (0.3, 0.08), (0.5, 0.04), (0.8, 0.5)]).unwrap()
+}
+
+fn scene(projection: Projection) -> Scene {
+    let camera = Camera::new(Placement::Orbit { azimuth: 25.0, elevation: 20.0, roll: 5.0, zoom: 1.2 }, projection).unwrap();
+    let scene = Scene::new(haze()).with_camera(camera).with_size(45, 38).unwrap().with_slices(Slicing::Count(60)).unwrap();
+    scene.with_background(Straight { rgb: [0.1, 0.12, 0.2], alpha: 0.7 }).unwrap()
+}
+
+fn method(scene: Scene, method: Method) -> Scene {
+    scene.with_method(method).unwrap()
+}
+
+fn fog(mode: FogMode) -> Fog {
+    Fog::new(mode, [0.7, 0.75, 0.8]).unwrap()
+}
+
+/// A name for messages, a volume, a scene.
+fn scenes() -> Vec<(&'static str, Volume, Scene)> {
+    let head = || Phantom::SheppLogan.volume(24).unwrap();
+    let plain = Method::default();
+    let (far, linear) = (60.0, fog(FogMode::Linear { start: 20.0, end: 60.0 }));
+    let plane = ClipPlane::new(DVec3::new(1.0, 0.4, 0.2), 8.0).unwrap();
+    let strong = TransferFunction::new(vec![(0.0, [0.1, 0.3, 1.0]), (0.3, [0.9, 0.9, 0.3])], vec![(0.0, 0.1), (0.4, 0.8)]).unwrap();
+    let values = (0..4 * 5 * 6).map(|i| (i * 37 % 120) as i16 - 20).collect();
+    let small = Volume::new(Grid::with_spacing([4, 5, 6], [1.0, 2.0, 1.5]).unwrap(), Voxels::I16(values)).unwrap();
+    let small = small.with_rescale(-0.005, 0.1).unwrap();
+    let projected = |blend| scene(PARALLEL).with_transfer(strong.clone()).with_blend(blend).unwrap();
+    vec![
+        ("parallel", head(), scene(PARALLEL)),
+        ("perspective", head(), scene(WIDE)),
+        ("to the end", head(), scene(WIDE).with_terminate(0.0).unwrap()),
+        ("ends early", head(), scene(PARALLEL).with_terminate(0.5).unwrap()),
+        ("linear fog", head(), scene(WIDE).with_fog(Some(linear))),
+        ("radial fog", head(), scene(WIDE).with_fog(Some(fog(FogMode::Exp { density: 1.0 / far }).with_distance(FogDistance::Radial)))),
+        ("literal fog", head(), scene(PARALLEL).with_fog(Some(linear.with_weighting(FogWeighting::Literal)))),
+        ("clipped", head(), scene(WIDE).with_clip_planes(vec![plane]).unwrap()),
+        ("back to front", head(), scene(PARALLEL).with_order(Order::BackToFront)),
+        ("rescaled", small, scene(PARALLEL)),
+        ("tolerance", head(), scene(PARALLEL).with_slices(Slicing::Tolerance(0.01)).unwrap()),
+        ("riemann", head(), method(scene(WIDE), Method { slab: SlabForm::Riemann, ..plain })),
+        ("nearest", head(), method(scene(WIDE), Method { filter: Filter::Nearest, ..plain })),
+        ("samples at the end", head(), method(scene(WIDE), Method { sample: SampleAt::End, ..plain })),
+        ("whole ends", head(), method(scene(WIDE), Method { ends: Ends::Whole, ..plain })),
+        ("8 bits", head(), method(scene(WIDE), Method { target: Target::Unorm8, ..plain })),
+        ("compensated", head(), method(scene(WIDE), Method { accumulation: Accumulation::Compensated, ..plain })),
+        ("colours interpolated", head(), method(scene(WIDE), Method { classification: Classification::Pre, ..plain })),
+        ("pre-integrated", head(), method(scene(WIDE), Method { classification: Classification::PreIntegrated, ..plain })),
+        ("second order", head(), method(scene(WIDE), Method { classification: Classification::SecondOrder, ..plain })),
+        ("mip", head(), projected(Blend::Mip)),
+        ("min", head(), projected(Blend::Min)),
+        ("add", head(), projected(Blend::Add)),
+        ("lmip", head(), projected(Blend::Lmip { threshold: 0.2 })),
+        ("iso", head(), projected(Blend::Iso { level: 0.25 })),
+    ]
+}
+
+fn explained(volume: &Volume, scene: &Scene, request: &Request) -> Explanation {
+    explain(volume, scene, &Settings::default(), request).unwrap()
+}
+
+/// The picture's pixel from what a pixel gathered, by the pipeline's last step.
+fn resolved(explanation: &Explanation, volume: &Volume, scene: &Scene, pixel: &PixelRecord) -> [f32; 4] {
+    let (width, height) = scene.size();
+    let view = scene.camera().resolve(volume.grid(), width, height).unwrap();
+    let stack = Stack::new(volume.grid(), &view, scene.clip_planes(), explanation.record.stack.count);
+    let resolve = Resolve {
+        blend: scene.blend(),
+        background: scene.background().premultiply(),
+        transfer: scene.transfer(),
+        volume,
+        stack: &stack,
+        scale: explanation.record.scale,
+        offset: explanation.record.offset,
+        low: 0.0,
+        bounded: scene.method().slab == SlabForm::Exponential,
+    };
+    let mut batch = Batch::new();
+    for c in 0..3 {
+        batch.pixels.color[c][0] = pixel.gathered[c];
+    }
+    batch.pixels.transmittance[0] = pixel.gathered[3];
+    resolve.pixel(&batch.pixels, 0, pixel.x as usize, pixel.y as usize)
+}
+
+#[test]
+fn the_last_recorded_value_is_the_rendered_pixel_to_the_bit() {
+    for (name, volume, scene) in scenes() {
+        let e = explained(&volume, &scene, &Request::default());
+        let again = Renderer::new(&volume, Settings::default()).render(&scene).unwrap().0;
+        let tolerance = matches!(scene.slicing(), Slicing::Tolerance(_));
+        assert!(e.record.pixels.len() > 10, "{name}: {} pixels", e.record.pixels.len());
+        for p in &e.record.pixels {
+            // Where blocks have slices of their own, those of the chosen pixel's block were given to all.
+            if !tolerance || (p.x, p.y) == e.pixel() {
+                let rendered = again.pixel(p.x, p.y);
+                assert_eq!(p.picture.map(f32::to_bits), rendered.map(f32::to_bits), "{name}: pixel {},{}", p.x, p.y);
+            }
+            let want = resolved(&e, &volume, &scene, p).map(f32::to_bits);
+            assert_eq!(want, p.picture.map(f32::to_bits), "{name}: pixel {},{}: {:?} from {:?}", p.x, p.y, p.picture, p.gathered);
+            if let (Some(sum), Some(t)) = (p.sum.last(), p.transmittance.last()) {
+                assert_eq!([sum[0], sum[1], sum[2], *t].map(f32::to_bits), p.gathered.map(f32::to_bits), "{name}: pixel {},{}", p.x, p.y);
+            }
+        }
+        let chosen = &e.record.pixels[e.record.chosen];
+        assert!(chosen.slice.len() > 5, "{name}: {:?}", chosen.slice);
+    }
+}
+
+#[test]
+fn every_stage_of_a_fragment_is_on_record() {
+    let (_, volume, scene) = scenes().swap_remove(4);
+    let e = explained(&volume, &scene, &Request::default());
+    let p = &e.record.pixels[0];
+    let names: Vec<&str> = p.stages.iter().map(|s| s.name.as_str()).collect();
+    assert_eq!(names, ["span", "texcoord", "fetch", "classify", "correct", "fog", "mask", "blend"]);
+    for stage in &p.stages {
+        for column in stage.columns.values() {
+            let len = match column {
+                record::Column::Flag(c) => c.len(),
+                record::Column::Number(c) => c.len(),
+                record::Column::Triple(c) => c.len(),
+                record::Column::Voxel(c) => c.len(),
+            };
+            assert_eq!(len, p.slice.len(), "{}", stage.name);
+        }
+    }
+    assert!(!p.fog.is_empty() && p.fog.iter().any(|f| f[1] < 1.0));
+    // The value looked up is the volume's own there.
+    let (Some(record::Column::Voxel(cells)), Some(record::Column::Triple(weights))) =
+        (p.stages[1].columns.get("cell"), p.stages[1].columns.get("weight"))
+    else {
+        panic!("texture coordinates are not on record");
+    };
+    for i in 0..p.slice.len() {
+        let (cell, weight) = (cells[i].unwrap(), weights[i].unwrap());
+        let at = DVec3::from_array([0, 1, 2].map(|a: usize| cell[a] as f64 + f64::from(weight[a])));
+        let value = e.record.scale * f64::from(p.value[i]) + e.record.offset;
+        assert!((volume.sample(at) - value).abs() < 1e-5, "slice {}: {value} at {at}", p.slice[i]);
+    }
+}
+
+#[test]
+fn rounds_of_interpolation_end_at_the_value_looked_up() {
+    for (name, volume, scene) in scenes() {
+        let method = scene.method();
+        if method.filter != Filter::Linear || method.classification != Classification::Post {
+            continue;
+        }
+        let e = explained(&volume, &scene, &Request::default());
+        let rounds: Vec<_> = e.record.pixels.iter().flat_map(|p| &p.rounds).collect();
+        assert!(rounds.len() > 100 && rounds.iter().all(|r| r.is_some()), "{name}");
+    }
+}
+
+#[test]
+fn both_orders_and_the_closed_sum_agree() {
+    for (name, volume, scene) in scenes().into_iter().take(9) {
+        let e = explained(&volume, &scene, &Request::default());
+        for p in e.record.pixels.iter().filter(|p| p.span.is_some()) {
+            let (front, back) = (&p.twins["front-to-back"], &p.twins["back-to-front"]);
+            let closed = front.closed.unwrap();
+            for c in 0..4 {
+                // Literal fog gathers more than 1.
+                let close = 2e-6 * front.gathered[c].abs().max(1.0);
+                assert!((front.gathered[c] - back.gathered[c]).abs() < close, "{name}: {:?} {:?}", front.gathered, back.gathered);
+                assert!((f64::from(front.gathered[c]) - closed[c]).abs() < close.into(), "{name}: {:?} {closed:?}", front.gathered);
+            }
+        }
+    }
+}
+
+#[test]
+fn twins_are_other_renderings_of_the_same_pixel() {
+    let (_, volume, weighted) = scenes().swap_remove(4);
+    let e = explained(&volume, &weighted, &Request::default());
+    let p = &e.record.pixels[0];
+    assert_eq!(p.twins["fog-weighted"].gathered, p.gathered);
+    assert_ne!(p.twins["fog-literal"].gathered, p.gathered);
+    assert_ne!(p.twins["riemann"].gathered, p.twins["front-to-back"].gathered);
+    // A literal twin is the picture of the literal scene.
+    let literal = weighted.clone().with_fog(weighted.fog().map(|f| f.with_weighting(FogWeighting::Literal)));
+    let other = explained(&volume, &literal, &Request { pixel: Some((p.x, p.y)), slices: None });
+    assert_eq!(other.record.pixels[0].gathered, p.twins["fog-literal"].gathered);
+    // Empty fragments gather light there, and only there.
+    let lit = |t: &Twin| (0..t.slice.len()).any(|i| t.covered[i] && t.alpha[i] == 0.0 && t.color[i] != [0.0; 3]);
+    assert!(e.record.pixels.iter().any(|p| p.twins.get("fog-literal").is_some_and(lit)));
+    assert!(!e.record.pixels.iter().any(|p| p.twins.get("fog-weighted").is_some_and(lit)));
+}
+
+#[test]
+fn slices_are_those_asked_for() {
+    let (_, volume, scene) = scenes().swap_remove(0);
+    let part = explained(&volume, &scene, &Request { pixel: Some((22, 19)), slices: Some(20..33) });
+    let whole = explained(&volume, &scene, &Request { pixel: Some((22, 19)), slices: None });
+    assert_eq!(part.record.stack.slices.len(), 13);
+    let (p, w) = (&part.record.pixels[0], &whole.record.pixels[0]);
+    assert!(!p.slice.is_empty() && p.slice.iter().all(|k| (20..33).contains(k)));
+    let first = w.slice.iter().position(|k| *k == p.slice[0]).unwrap();
+    assert_eq!(p.sum, w.sum[first..first + p.slice.len()]);
+    assert_eq!(p.gathered, w.gathered);
+    let many = scene.clone().with_slices(Slicing::Count(5000)).unwrap();
+    let narrowed = explained(&volume, &many, &Request { pixel: Some((22, 19)), slices: None });
+    assert_eq!(narrowed.record.stack.slices.len() as u64, MAX_SLICES);
+    assert!(narrowed.record.notes[0].contains("5000 slices"), "{:?}", narrowed.record.notes);
+    for (scene, range, word) in [(&scene, 50..61, "60 slices"), (&scene, 5..5, "60 slices"), (&many, 0..1025, "at most 1024")] {
+        let asked = Request { pixel: None, slices: Some(range) };
+        let error = explain(&volume, scene, &Settings::default(), &asked).unwrap_err().to_string();
+        assert!(error.contains(word) && !error.contains('\n'), "{error}");
+    }
+}
+
+#[test]
+fn a_pixel_that_no_slice_covers_has_a_record_that_says_so() {
+    let volume = Phantom::SheppLogan.volume(24).unwrap();
+    // Everything to the left of the middle is cut away.
+    let view = scene(PARALLEL).camera().resolve(volume.grid(), 45, 38).unwrap();
+    let middle = volume.grid().center();
+    let right = ClipPlane::new(view.right, view.right.dot(middle)).unwrap();
+    let cut = scene(PARALLEL).with_clip_planes(vec![right]).unwrap();
+    let e = explained(&volume, &cut, &Request { pixel: Some((12, 19)), slices: None });
+    let p = &e.record.pixels[0];
+    assert_eq!((p.x, p.y, p.span), (12, 19, None));
+    assert!(p.through.is_some() && p.slice.is_empty());
+    assert_eq!(p.picture, e.picture.pixel(12, 19));
+    assert!(e.page().unwrap().contains("No slice covers pixel"));
+    // Beside the box, and beside the picture.
+    for (pixel, word) in [((0, 0), "passes the box by"), ((45, 3), "45 x 38")] {
+        let request = Request { pixel: Some(pixel), slices: None };
+        let error = explain(&volume, &cut, &Settings::default(), &request).unwrap_err().to_string();
+        assert!(error.contains(word) && error.starts_with(&format!("pixel {},{}", pixel.0, pixel.1)), "{error}");
+    }
+}
+
+#[test]
+fn nothing_to_explain_is_told() {
+    let volume = Phantom::SheppLogan.volume(8).unwrap();
+    let look = |eye: f64, to: f64| {
+        let placement = Placement::LookAt { eye: DVec3::new(eye, 0.0, 0.0), target: DVec3::new(to, 0.0, 0.0), up: DVec3::Z };
+        scene(WIDE).with_camera(Camera::new(placement, WIDE).unwrap())
+    };
+    for (scene, word) in [(look(100.0, 200.0), "behind the eye"), (look(30.0, 0.0), "")] {
+        let answer = explain(&volume, &scene, &Settings::default(), &Request::default());
+        match word {
+            "" => assert!(answer.is_ok()),
+            _ => assert!(answer.unwrap_err().to_string().contains(word)),
+        }
+    }
+    let away = ClipPlane::new(DVec3::X, 1e6).unwrap();
+    let nothing = scene(WIDE).with_clip_planes(vec![away]).unwrap();
+    let error = explain(&volume, &nothing, &Settings::default(), &Request::default()).unwrap_err().to_string();
+    assert!(error.contains("no slice covers"), "{error}");
+}
+
+#[test]
+fn the_page_is_complete_in_itself_and_names_are_only_text() {
+    let volume = Phantom::SheppLogan.volume(12).unwrap().with_name("a/<script>alert(1)</script><!--");
+    let e = explained(&volume, &scene(PARALLEL), &Request::default());
+    let page = e.page().unwrap();
+    assert!(page.starts_with("<!doctype html>\n") && page.ends_with("</html>\n"));
+    assert!(!page.contains("alert(1)</script>") && !page.contains("<!--"));
+    // The one address is SVG's name, which nothing fetches.
+    assert_eq!(page.matches("http").count(), page.matches("http://www.w3.org/2000/svg").count() + page.matches("http-equiv").count());
+    let opened = page.split_once("id=\"record\">").unwrap().1;
+    let record: serde_json::Value = serde_json::from_str(opened.split_once("</script>").unwrap().0).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&e.json().unwrap()).unwrap();
+    assert_eq!(record, json);
+    assert_eq!(json["scene"]["volume"], "a/<script>alert(1)</script><!--");
+}
+
+#[test]
+fn json_gives_the_same_f32_back() {
+    let (_, volume, scene) = scenes().swap_remove(1);
+    let e = explained(&volume, &scene, &Request::default());
+    let json: serde_json::Value = serde_json::from_str(&e.json().unwrap()).unwrap();
+    let p = &e.record.pixels[0];
+    let read: Vec<f32> = json["pixels"][0]["transmittance"].as_array().unwrap().iter().map(|x| x.as_f64().unwrap() as f32).collect();
+    assert_eq!(read, p.transmittance);
+}
+
+#[test]
+fn pictures_build_up_to_the_picture() {
+    for (name, volume, scene) in scenes() {
+        let mut frames = Vec::new();
+        let bytes = build_up(&volume, &scene, &Settings::default(), 5, |_, frame| {
+            frames.push(frame.clone());
+            Ok(())
+        });
+        let bytes = bytes.unwrap();
+        assert_eq!(frames.len(), 5, "{name}");
+        if !matches!(scene.slicing(), Slicing::Tolerance(_)) {
+            let whole = Renderer::new(&volume, Settings::default()).render(&scene).unwrap().0;
+            assert_eq!(frames[4].sha256(), whole.sha256(), "{name}");
+        }
+        assert!(frames.windows(2).filter(|w| w[0] != w[1]).count() >= 2, "{name}");
+        let reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
+        assert_eq!(reader.info().animation_control().unwrap().num_frames, 5, "{name}");
+    }
+}

@@ -16,6 +16,17 @@ impl Picture {
         Self { width, height, pixels }
     }
 
+    /// A picture of pixels made elsewhere: row by row from the top, premultiplied RGBA.
+    ///
+    /// # Errors
+    /// [`crate::Error::Invalid`] when there are not `width` x `height` of them, or none at all.
+    pub fn from_pixels(width: u32, height: u32, pixels: Vec<[f32; 4]>) -> crate::Result<Self> {
+        if pixels.is_empty() || pixels.len() as u64 != u64::from(width) * u64::from(height) {
+            return Err(crate::Error::invalid(format!("{} pixels given for a picture of {width} x {height}", pixels.len())));
+        }
+        Ok(Self::new(width, height, pixels))
+    }
+
     /// Columns.
     pub fn width(&self) -> u32 {
         self.width

@@ -156,6 +156,11 @@ function begin() {
     else return;
     e.preventDefault();
   });
+  let resized = 0;
+  window.addEventListener("resize", () => {
+    clearTimeout(resized);
+    resized = setTimeout(() => show(false), 200);
+  });
   const asked = new URLSearchParams(location.hash.slice(1));
   const at = record.pixels.findIndex((p) => String(p.x) === asked.get("x") && String(p.y) === asked.get("y"));
   if (at >= 0) state.at = at;

@@ -31,18 +31,18 @@ function slicesPanel(place) {
   const [a, b] = stack.arrow, dx = b[0] - a[0], dy = b[1] - a[1], l = Math.hypot(dx, dy) || 1;
   overlay.append(make("line", { x1: a[0], y1: a[1], x2: b[0], y2: b[1], stroke: "var(--ink)", "stroke-width": 2 }),
     make("path", { d: `M${b[0]} ${b[1]}L${b[0] - (dx * 11) / l - (dy * 5) / l} ${b[1] - (dy * 11) / l + (dx * 5) / l}L${b[0] - (dx * 11) / l + (dy * 5) / l} ${b[1] - (dy * 11) / l - (dx * 5) / l}Z`, fill: "var(--ink)" }),
-    make("text", { x: Math.max(4, a[0] - 8), y: a[1] - 12, class: "halo" }, "the eye looks this way"));
+    make("text", { x: Math.max(4, a[0] - 8), y: Math.max(a[1], b[1]) + 22, class: "halo" }, "the eye looks this way"));
   for (const [i, v] of (slice ? slice.vertices : []).entries()) {
     overlay.append(make("circle", { cx: v.drawn[0], cy: v.drawn[1], r: 10, fill: "var(--paper)", stroke: "var(--accent)", "stroke-width": 2 }), make("text", { x: v.drawn[0], y: v.drawn[1] + 4.5, "text-anchor": "middle", "font-weight": 600 }, String(i + 1)));
   }
-  parts.push(make("figure", {}, make("div", { class: "stack" }, make("img", { src: pictures.drawing, alt: "", width: w, height: h }), overlay),
+  parts.push(make("figure", { class: "drawing" }, make("div", { class: "stack" }, make("img", { src: pictures.drawing, alt: "", width: w, height: h }), overlay),
     make("figcaption", {}, "The box seen from the side. Grey: its edges; blue-grey: outlines of the stack's slices; blue: the slice at hand; red: the ray of the chosen pixel.")));
   parts.push(para(`Depth d is the distance from the eye along its line of sight. The box reaches from d = ${num(stack.near)} to ${num(stack.far)}; ${plural(stack.count, "plane")} of constant depth cut it, D = ${num(stack.spacing)} apart.`));
   if (!slice) return [...parts, para("The piece at hand lies behind the last plane: from its value to that where the ray leaves the box.")];
   parts.push(formula([`d = ${num(stack.near)} + (${k} + \u00bd) \u00b7 ${num(stack.spacing)} = ${num(slice.depth, 6)}`, `plane ${k} stands in the middle of its slab, which reaches from ${num(slice.depth - stack.spacing / 2, 6)} to ${num(slice.depth + stack.spacing / 2, 6)}`]));
   if (!slice.vertices.length) return [...parts, note("", "The clip planes leave nothing of the box on this plane: it has no polygon and no fragments.")];
   parts.push(para(`Plane and box share a convex polygon. This one has ${plural(slice.vertices.length, "corner")}, one for each edge of the box that the plane meets${scene.clip_planes ? " (and one where a clip plane cuts it)" : ""}. Counter-clockwise as the eye sees them:`));
-  parts.push(table(["corner", "where", "window x, y (pixels)", "texture s, t, p"], slice.vertices.map((v, i) => [String(i + 1), words(vertexName(v)), v.window.map((x) => num(x, 6)).join(", "), v.texture.map((x) => num(Math.abs(x) < 1e-12 ? 0 : x, 4)).join(", ")])));
+  parts.push(table(["corner", "<where", "window x, y (pixels)", "texture s, t, p"], slice.vertices.map((v, i) => [String(i + 1), words(vertexName(v)), v.window.map((x) => num(x, 6)).join(", "), v.texture.map((x) => num(Math.abs(x) < 1e-12 ? 0 : x, 4)).join(", ")])));
   parts.push(para(stack.perspective
     ? "On a plane of constant depth the texture coordinates are affine in window x and y, in perspective too: between corners they need no division, and q stays 1."
     : "Parallel rays: the texture coordinates are affine in window x and y, and q stays 1."));
@@ -81,7 +81,7 @@ function coveragePanel(place) {
     const c = slice.corner;
     figures.push(make("figure", {}, magnifier(c.x, c.y, bits(c.covered), slice, null, "a corner of the polygon"), make("figcaption", {}, `Eight by eight pixels at a corner of the polygon, near ${c.x + 4}, ${c.y + 4}: a pixel is covered if its centre is, however much of its square is not.`)));
   }
-  parts.push(make("div", { class: "pair" }, figures));
+  parts.push(make("div", { class: "pair three" }, figures));
   if (!slice.edges.length) return [...parts, note("", "No polygon on this plane: nothing is covered.")];
   const x = pixel.x + 0.5, y = pixel.y + 0.5;
   parts.push(text("h3", "Edge functions at the pixel's centre"));
@@ -90,9 +90,9 @@ function coveragePanel(place) {
   const rows = slice.edges.map(([a, b, c], n) => {
     const e = a + (b * x + c * y), owner = b > 0 || (b === 0 && c >= 0), yes = e > 0 || (e === 0 && owner);
     inside = inside && yes;
-    return [`${n + 1} to ${((n + 1) % slice.edges.length) + 1}`, words(stack.sides[slice.sides[n]]), `${num(a)} + ${num(b)} x + ${num(c)} y`, num(e), yes ? strong("inside", "good") : strong("outside", "bad"), owner ? "yes" : "no"];
+    return [`${n + 1} to ${((n + 1) % slice.edges.length) + 1}`, words(stack.sides[slice.sides[n]]), `${num(a)}${plus(b, " x")}${plus(c, " y")}`, num(e), yes ? strong("inside", "good") : strong("outside", "bad"), owner ? "yes" : "no"];
   });
-  parts.push(table(["side", "lies on", "edge function", "at the centre", "", "left or top side"], rows));
+  parts.push(table(["side", "<lies on", "edge function", "at the centre", "", "left or top side"], rows));
   parts.push(para(inside ? "All of them say inside: this slice leaves a fragment in this pixel." : "One says outside: this slice leaves no fragment in this pixel."));
   parts.push(note("", strong("The fill rule. "), "A centre exactly on a side (e = 0) belongs to the polygon only if it is a left or a top side. Two polygons that share a side then share no pixel and lose none: of the two, it is a left or top side for exactly one."));
   if (pixel.span) parts.push(para(`The box is convex, so the slices that cover a pixel follow each other: for this one, slices ${pixel.span[0]} to ${pixel.span[1]}. The pipeline finds these two numbers from the ray and asks edge functions only where rounding leaves one in doubt.`));
@@ -118,7 +118,7 @@ function lookupPanel(place) {
   // The cell as a cube; its weights as dots.
   const o = [70, 250], ax = [190, 0], ay = [0, -170], az = [85, -55];
   const p = (x, y, z) => [o[0] + ax[0] * x + ay[0] * y + az[0] * z, o[1] + ax[1] * x + ay[1] * y + az[1] * z];
-  const cube = make("svg", { viewBox: "0 0 440 310", class: "chart", role: "img", "aria-label": "the cell of eight voxels" });
+  const cube = make("svg", { viewBox: "0 -26 440 336", class: "chart", role: "img", "aria-label": "the cell of eight voxels" });
   for (const [a, b] of [[0, 1], [2, 3], [4, 5], [6, 7], [0, 2], [1, 3], [4, 6], [5, 7], [0, 4], [1, 5], [2, 6], [3, 7]]) {
     const [s, e] = [a, b].map((n) => p(n & 1, (n >> 1) & 1, n >> 2));
     cube.append(make("line", { x1: s[0], y1: s[1], x2: e[0], y2: e[1], stroke: "var(--soft)", "stroke-dasharray": a === 4 || b === 4 ? "4 4" : undefined }));
@@ -145,7 +145,7 @@ function lookupPanel(place) {
   } else if (!post) {
     parts.push(para("The scene classifies before it interpolates: the eight voxels become premultiplied colours, and those are interpolated. See the next step."));
   }
-  if (post) parts.push(para("The value here: ", strong(num(toData(value), 6)), isNumberPlain ? "." : ` in the data's units = ${num(record.scale)} \u00b7 ${num(value)} + ${num(record.offset)}.`, " All arithmetic is in f32; voxels stay in their own type, here ", scene.voxel_type, "."));
+  if (post) parts.push(para("The value here: ", strong(num(toData(value), 6)), isNumberPlain ? "." : ` in the data's units = ${num(record.scale)} \u00b7 ${num(value)}${plus(record.offset, "")}.`, " All arithmetic is in f32; voxels stay in their own type, here ", scene.voxel_type, "."));
   return parts;
 }
 
@@ -205,10 +205,10 @@ function colourPanel(place) {
   const half = 1 - Math.sqrt(1 - show);
   parts.push(para("Each layer takes a share of what is left, not of what there was. So what is let through multiplies: two halves of the slab let \u221a(1 \u2212 A) through each, and together exactly 1 \u2212 A."));
   parts.push(formula([`each half: A\u00bd = 1 \u2212 \u221a(1 \u2212 ${num(show, 4)}) = ${num(half, 5)}, not A/2 = ${num(show / 2, 5)}`, "half the thickness is more than half the opacity"], [`both: 1 \u2212 (1 \u2212 ${num(half, 5)})\u00b2 = ${num(show, 5)}; with A/2: 1 \u2212 (1 \u2212 ${num(show / 2, 4)})\u00b2 = ${num(1 - (1 - show / 2) ** 2, 5)}`, "halving opacities makes the picture fainter with every doubling of the slices"]));
-  const most = Math.max(4, Math.min(40, Math.ceil(3 / show))), plot = new Plot([0, most], [0, 1.6], { height: 230, xlabel: "N equal slabs", ylabel: "opacity", label: "opacity of N slabs" });
+  const most = Math.max(4, Math.min(40, Math.ceil(3 / show))), plot = new Plot([0, most], [0, 1.6], { height: 230, xlabel: "N equal slabs", ylabel: "opacity", label: "opacity of N slabs", keys: [["N A", "var(--bad)", "6 4"], ["1 \u2212 (1 \u2212 A)^N", "var(--accent)"]] });
   plot.level(1, "var(--soft)", "nothing is more than opaque");
-  plot.line([[0, 0], [most, most * show]], "var(--bad)", { dash: "6 4", name: "N A" });
-  plot.line(Array.from({ length: most + 1 }, (_, n) => [n, 1 - (1 - show) ** n]), "var(--accent)", { name: "1 \u2212 (1 \u2212 A)^N" });
+  plot.line([[0, 0], [most, most * show]], "var(--bad)", { dash: "6 4" });
+  plot.line(Array.from({ length: most + 1 }, (_, n) => [n, 1 - (1 - show) ** n]), "var(--accent)");
   parts.push(plot.root);
   return parts;
 }
@@ -239,11 +239,12 @@ function fogPanel(place) {
     const rows = [];
     if (own && i >= 0 && stage >= 0) {
       const C = latest(pixel, ["classify", "correct"], "color", i);
-      if (C) rows.push(["before fog", swatch(straightOf(C, A)), list(C, 4), num(A, 4)]);
+      if (C) rows.push(["before fog", swatch(straightOf(C, A)), words(list(C, 4)), num(A, 4)]);
     }
-    rows.push(["weighted", swatch(iw >= 0 ? straightOf(weighted.color[iw], A) : [0, 0, 0]), iw >= 0 ? list(weighted.color[iw], 4) : "passed over: nothing here shows", num(iw >= 0 ? weighted.alpha[iw] : 0, 4)]);
-    rows.push(["literal", swatch(literal.color[il], "premultiplied"), list(literal.color[il], 4), num(A, 4)]);
-    parts.push(text("h3", "This fragment in both fogs, as rendered"), table(["fog", "", "premultiplied colour that goes into the blend", "A"], rows));
+    if (!own && i >= 0) rows.push(["no fog", swatch(straightOf(pixel.color[i], A)), words(list(pixel.color[i], 4)), num(A, 4)]);
+    rows.push(["weighted", swatch(iw >= 0 ? straightOf(weighted.color[iw], A) : [0, 0, 0]), words(iw >= 0 ? list(weighted.color[iw], 4) : "passed over: nothing here shows"), num(iw >= 0 ? weighted.alpha[iw] : 0, 4)]);
+    rows.push(["literal", swatch(A > 0 ? straightOf(literal.color[il], A) : literal.color[il]), words(list(literal.color[il], 4)), num(A, 4)]);
+    parts.push(text("h3", "This fragment in both fogs, as rendered"), table(["fog", "", "<premultiplied colour that goes into the blend", "A"], rows));
     if (A === 0) parts.push(note("wrong", `This fragment is empty, A = 0. Weighted fog leaves it black and invisible. Literal fog hands ${list(literal.color[il], 4)} to the blend: light out of nothing.`));
   }
   if (literal && weighted) {
@@ -256,7 +257,7 @@ function fogPanel(place) {
       empty += 1;
     });
     parts.push(text("h3", "The whole pixel in both fogs, as rendered"));
-    parts.push(table(["fog", "", "colour gathered", "opacity"], [["weighted", swatch(weighted.gathered), list(weighted.gathered.slice(0, 3), 5), num(1 - weighted.gathered[3], 5)], ["literal", swatch(literal.gathered), list(literal.gathered.slice(0, 3), 5), num(1 - literal.gathered[3], 5)]]));
+    parts.push(table(["fog", "", "<colour gathered", "opacity"], [["weighted", swatch(weighted.gathered), words(list(weighted.gathered.slice(0, 3), 5)), num(1 - weighted.gathered[3], 5)], ["literal", swatch(literal.gathered), words(list(literal.gathered.slice(0, 3), 5)), num(1 - literal.gathered[3], 5)]]));
     if (empty) parts.push(para(`The ray crosses ${plural(empty, "slice")} where nothing is (A = 0)${scene.order === "front-to-back" ? `; in literal fog they add ${list(lit, 4)} of light` : ""}. More slices would add more: the picture would depend on how finely it is cut, as no right picture does.`));
   }
   if (pictures.weighted) parts.push(make("div", { class: "pair" },
@@ -269,7 +270,7 @@ function fogPanel(place) {
 // How the pixel's colour grew.
 function journeyPlot(pixel, place) {
   const s = pixel, range = record.slices, top = Math.max(0.05, 1, ...s.sum.flat().filter(Number.isFinite));
-  const plot = new Plot([range[0], Math.max(range[0] + 1, range[1])], [0, Math.min(1.2, top * 1.02)], { height: 290, xlabel: "slice", label: "the pixel's colour, opacity and transmittance, slice by slice" });
+  const plot = new Plot([range[0], Math.max(range[0] + 1, range[1])], [0, Math.min(1.2, top * 1.02)], { height: 290, xlabel: "slice", label: "the pixel's colour, opacity and transmittance, slice by slice", keys: [["red gathered", "var(--red)"], ["green gathered", "var(--green)"], ["blue gathered", "var(--blue)"], ["transmittance T", "var(--ink)", "5 3"], ["opacity 1 \u2212 T", "var(--soft)"]] });
   const order = s.slice.map((_, n) => n), back = scene.order === "back-to-front";
   if (back) order.reverse();
   const at = (f) => {
@@ -278,22 +279,23 @@ function journeyPlot(pixel, place) {
     return back ? [...points, [range[1], start]] : [[range[0], start], ...points, [range[1], points.length ? points[points.length - 1][1] : start]];
   };
   const names = ["red", "green", "blue"];
-  names.forEach((c, n) => plot.steps(at((m) => (m < 0 ? s.start[n] : s.sum[m][n])), `var(--${c})`, { name: c + " gathered", width: 2 }));
-  plot.steps(at((m) => (m < 0 ? s.start[3] : s.transmittance[m])), "var(--ink)", { name: "transmittance T", dash: "5 3", width: 1.6 });
-  plot.steps(at((m) => 1 - (m < 0 ? s.start[3] : s.transmittance[m])), "var(--soft)", { name: "opacity 1 \u2212 T", width: 1.6 });
+  names.forEach((c, n) => plot.steps(at((m) => (m < 0 ? s.start[n] : s.sum[m][n])), `var(--${c})`, { width: 2 }));
+  plot.steps(at((m) => (m < 0 ? s.start[3] : s.transmittance[m])), "var(--ink)", { dash: "5 3", width: 1.6 });
+  plot.steps(at((m) => 1 - (m < 0 ? s.start[3] : s.transmittance[m])), "var(--soft)", { width: 1.6 });
   if (scene.terminate > 0 && !back) plot.level(scene.terminate, "var(--bad)", null);
-  plot.mark(place.k, "var(--bad)", "slice " + place.k);
+  plot.mark(place.k, "var(--bad)", "slice " + place.k, true);
   return plot.root;
 }
 
 function valuePlot(pixel, place) {
   const points = pixel.slice.map((k, n) => [k, toData(pixel.value[n]), n]).filter((p) => pixel.covered[p[2]]).sort((a, b) => a[0] - b[0]);
   const values = points.map((p) => p[1]), lo = Math.min(...values, scene.range[0]), hi = Math.max(...values, scene.range[1]);
-  const plot = new Plot([record.slices[0], Math.max(record.slices[0] + 1, record.slices[1])], [lo, hi > lo ? hi : lo + 1], { height: 290, xlabel: "slice", ylabel: "value", label: "values along the ray" });
-  plot.line(points, "var(--accent)", { name: "value looked up" });
-  if (["mip", "min", "lmip", "iso"].includes(scene.blend)) plot.steps(pixel.slice.map((k, n) => [k, toData(pixel.sum[n][0])]), "var(--green)", { name: "kept so far", dash: "5 3" });
+  const kept = ["mip", "min", "lmip", "iso"].includes(scene.blend);
+  const plot = new Plot([record.slices[0], Math.max(record.slices[0] + 1, record.slices[1])], [lo, hi > lo ? hi : lo + 1], { height: 290, xlabel: "slice", ylabel: "value", label: "values along the ray", keys: [["value looked up", "var(--accent)"], ["kept so far", "var(--green)", "5 3"]].slice(0, kept ? 2 : 1) });
+  plot.line(points, "var(--accent)");
+  if (kept) plot.steps(pixel.slice.map((k, n) => [k, toData(pixel.sum[n][0])]), "var(--green)", { dash: "5 3" });
   if (scene.level !== undefined) plot.level(scene.level, "var(--bad)", scene.blend === "iso" ? "the surface's value" : "threshold");
-  plot.mark(place.k, "var(--bad)", "slice " + place.k);
+  plot.mark(place.k, "var(--bad)", "slice " + place.k, true);
   return plot.root;
 }
 
@@ -363,7 +365,7 @@ function stopParts(pixel) {
   if (at < 0) return [...parts, para(`T never falls below ${num(limit)} on this ray (it ends at ${num(ftb.gathered[3])}): every slice is needed.`)];
   const rest = ftb.slice.slice(at + 1).filter((_, n) => ftb.covered[at + 1 + n]).length;
   const lost = [0, 1, 2].map((c) => ftb.gathered[c] - ftb.sum[at][c]);
-  parts.push(para(`At slice ${ftb.slice[at]} the transmittance falls to ${num(ftb.transmittance[at], 3)}, below ${num(limit)}: whatever comes behind can change the pixel by no more than that. ${plural(rest, "more slice")} of the recorded ones could be passed over; they would add ${list(lost, 2)}.`));
+  parts.push(para(`At slice ${ftb.slice[at]} the transmittance falls to ${num(ftb.transmittance[at], 3)}, below ${num(limit)}: whatever comes behind can change the pixel by no more than that. ${rest ? `The ${plural(rest, "slice")} recorded behind it would add ${list(lost, 2)}.` : "Nothing is recorded behind it."}`));
   if (scene.order === "back-to-front") parts.push(para("Back to front there is no early stop: the slice that hides all others comes last."));
   else if (!scene.terminate) parts.push(para("This scene asks for every slice (terminate = 0)."));
   return parts;
@@ -378,10 +380,10 @@ function stiffParts(place) {
   const kl = ftb.alpha.map((A, n) => (riemann ? A : depth(A))).filter((_, n) => ftb.covered[n]);
   const worst = Math.max(0, ...kl);
   parts.push(para("Extinction \u03ba = \u2212ln(1 \u2212 a)/L\u2080 is how fast light fades: dT/ds = \u2212\u03baT. Over a piece of length L the exact solution for constant \u03ba is T \u00b7 exp(\u2212\u03baL), so A = 1 \u2212 exp(\u2212\u03baL). The Riemann sum, which is the explicit Euler step, takes A = \u03baL and C = \u03baL c: the straight line where the curve should be. It forgets that the slab attenuates its own light."));
-  const plot = new Plot([0, 3], [-2.1, 1.1], { height: 260, xlabel: "\u03baL of a slab", ylabel: "1 \u2212 A: what it lets through", label: "exponential and Euler step" });
+  const plot = new Plot([0, 3], [-2.1, 1.1], { height: 260, xlabel: "\u03baL of a slab", ylabel: "1 \u2212 A: what it lets through", label: "exponential and Euler step", keys: [["exp(\u2212\u03baL)", "var(--accent)"], ["1 \u2212 \u03baL, the Euler step", "var(--bad)", "6 4"]] });
   plot.level(0, "var(--soft)", "below: negative light").level(-1, "var(--bad)", "below: it grows from slab to slab");
-  plot.line(Array.from({ length: 61 }, (_, n) => [n / 20, Math.exp(-n / 20)]), "var(--accent)", { name: "exp(\u2212\u03baL)" });
-  plot.line([[0, 1], [3, -2]], "var(--bad)", { dash: "6 4", name: "1 \u2212 \u03baL" });
+  plot.line(Array.from({ length: 61 }, (_, n) => [n / 20, Math.exp(-n / 20)]), "var(--accent)");
+  plot.line([[0, 1], [3, -2]], "var(--bad)", { dash: "6 4" });
   if (!riemann) ftb.alpha.forEach((A, n) => ftb.covered[n] && A > 0 && plot.dot(Math.min(3, depth(A)), 1 - A, "var(--accent)", 3, "slice " + ftb.slice[n]));
   if (euler) euler.alpha.forEach((A, n) => euler.covered[n] && A > 0 && plot.dot(Math.min(3, A), 1 - A, "var(--bad)", 3, "slice " + euler.slice[n]));
   parts.push(make("figure", {}, plot.root, make("figcaption", {}, "Dots: the recorded fragments of this pixel in both forms; those beyond 3 stand at the right side.")));
@@ -402,11 +404,11 @@ function stiffParts(place) {
 function leftOutPanel(place) {
   const { pixel } = place, parts = [];
   parts.push(para("A stage that a scene does not need is not in its pipeline, and work that cannot show is not done. For this scene:"));
-  parts.push(table(["left out", "why"], record.left_out.map(([what, why]) => [words(what), words(why)])));
+  parts.push(table(["left out", "<why"], record.left_out.map(([what, why]) => [words(what), words(why)])));
   const empty = pixel.skipped.filter((s) => !s[2]).reduce((n, s) => n + s[1] - s[0], 0), done = pixel.skipped.filter((s) => s[2]).reduce((n, s) => n + s[1] - s[0], 0);
   parts.push(text("h3", "In the chosen pixel's block"));
   if (!pixel.span) parts.push(para("No slice covers the pixel: there was nothing to do."));
-  else parts.push(table(["slices", "what became of them"], [[String(pixel.slice.length), words("recorded: they went through all stages")], [String(empty), words("passed over: the transfer function shows nothing in the bricks of the volume that they cross there")], [String(done), words("passed over: every pixel of the block was finished")]]));
+  else parts.push(table(["slices", "<what became of them"], [[String(pixel.slice.length), words("recorded: they went through all stages")], [String(empty), words("passed over: the transfer function shows nothing in the bricks of the volume that they cross there")], [String(done), words("passed over: every pixel of the block was finished")]]));
   parts.push(para(`In all, the picture took ${record.fragments.toLocaleString("en")} fragments of slice polygons and ${record.fetches.toLocaleString("en")} lookups of a value.`));
   return parts;
 }

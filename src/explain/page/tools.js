@@ -29,6 +29,8 @@ function num(x, digits = 5) {
   const s = size >= 1e7 || size < 1e-4 ? x.toExponential(Math.max(0, digits - 2)) : String(Number(x.toPrecision(digits)));
   return s.replace("-", "\u2212");
 }
+// A further term of a sum.
+const plus = (x, unit, digits) => (x < 0 ? " \u2212 " : " + ") + num(Math.abs(x), digits) + unit;
 const list = (xs, digits) => "(" + xs.map((x) => num(x, digits)).join(", ") + ")";
 const plural = (n, one, many) => n + " " + (n === 1 ? one : many || one + "s");
 
@@ -37,18 +39,19 @@ function formula(...lines) {
   return make("div", { class: "formula" }, lines.map((l) => (Array.isArray(l) ? [text("div", l[0]), text("div", l[1], { class: "gloss" })] : text("div", l))));
 }
 
+// Heads that begin with < stand over words, the others over numbers.
 function table(head, rows, options = {}) {
   const body = rows.map((row) => {
     const cells = row.cells || row;
     return make("tr", { class: row.kind }, cells.map((c) => (c instanceof Node && c.tagName === "TD" ? c : make("td", {}, c))));
   });
-  const grid = make("table", {}, make("thead", {}, make("tr", {}, head.map((h) => make("th", { scope: "col" }, h)))), make("tbody", {}, body));
+  const grid = make("table", {}, make("thead", {}, make("tr", {}, head.map((h) => (h.startsWith("<") ? make("th", { scope: "col", class: "text" }, h.slice(1)) : make("th", { scope: "col" }, h))))), make("tbody", {}, body));
   return make("div", { class: "scroll" + (options.tall ? " tall" : ""), tabindex: options.tall ? 0 : undefined }, grid);
 }
 const words = (s) => text("td", s, { class: "text" });
 
 const clamp01 = (x) => Math.min(1, Math.max(0, x || 0));
-const css = (rgb) => "rgb(" + rgb.map((c) => Math.round(255 * clamp01(c))).join(" ") + ")";
+const css = (rgb) => "rgb(" + rgb.slice(0, 3).map((c) => Math.round(255 * clamp01(c))).join(" ") + ")";
 // A swatch of straight colour.
 const swatch = (rgb, label) => make("span", { class: "swatch", style: "background:" + css(rgb), title: label || list(rgb, 4) });
 const straightOf = (rgb, alpha) => (alpha > 0 ? rgb.map((c) => c / alpha) : [0, 0, 0]);
