@@ -5,7 +5,7 @@
 //! ```
 
 use slicestack::proxy::Stack;
-use slicestack::scene::Camera;
+use slicestack::scene::{Camera, Placement, Projection};
 use slicestack::target::Depth;
 use slicestack::volume::Grid;
 use slicestack::{Error, Picture, Result};
@@ -17,7 +17,8 @@ const SIDE: u32 = 360;
 pub(crate) fn run(out: &Path) -> Result<()> {
     // A box of 40 x 60 x 80 voxels, seen past one of its corners, in parallel rays.
     let grid = Grid::with_spacing([40, 60, 80], [1.0; 3])?;
-    let view = Camera::orbit(35.0, 30.0)?.resolve(&grid, SIDE, SIDE)?;
+    let around = Placement::Orbit { azimuth: 35.0, elevation: 30.0, roll: 0.0, zoom: 0.9 };
+    let view = Camera::new(around, Projection::Orthographic { height: None })?.resolve(&grid, SIDE, SIDE)?;
     let stack = Stack::new(&grid, &view, &[], 9);
     println!("depth {:.1} to {:.1}, {} planes {:.2} apart", stack.near, stack.far, stack.count, stack.spacing);
 

@@ -5,7 +5,7 @@
 //! ```
 
 use slicestack::proxy::{SlicePolygon, Stack};
-use slicestack::scene::{Camera, ClipPlane};
+use slicestack::scene::{Camera, ClipPlane, Placement, Projection};
 use slicestack::target::Depth;
 use slicestack::volume::Grid;
 use slicestack::{Error, Picture, Result};
@@ -17,7 +17,8 @@ const SCALE: u32 = 24;
 
 pub(crate) fn run(out: &Path) -> Result<()> {
     let grid = Grid::with_spacing([4, 6, 8], [1.0; 3])?;
-    let view = Camera::orbit(35.0, 30.0)?.resolve(&grid, SIDE, SIDE)?;
+    let around = Placement::Orbit { azimuth: 35.0, elevation: 30.0, roll: 0.0, zoom: 0.9 };
+    let view = Camera::new(around, Projection::Orthographic { height: None })?.resolve(&grid, SIDE, SIDE)?;
     let polygon = Stack::new(&grid, &view, &[], 9).polygon(4).ok_or_else(|| Error::invalid("the plane misses the box"))?;
     for (edge, side) in polygon.edges.iter().zip(&polygon.sides) {
         println!("side {side}: {:+.3} {:+.3} x {:+.3} y; 9.5, 7.5 gives {:+.3}", edge.a, edge.b, edge.c, edge.eval(9.5, 7.5));

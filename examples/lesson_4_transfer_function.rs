@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 const WIDTH: u32 = 384;
 const ROW: u32 = 48;
 /// Thickness of the material at the right end, in reference lengths.
-const THICKEST: f64 = 8.0;
+const THICKEST: f64 = 5.0;
 
 pub(crate) fn run(out: &Path) -> Result<()> {
     let transfer = TransferFunction::new(vec![(0.0, [0.1, 0.2, 0.9]), (100.0, [1.0, 0.5, 0.1])], vec![(20.0, 0.0), (100.0, 0.5)])?;
@@ -26,7 +26,7 @@ pub(crate) fn run(out: &Path) -> Result<()> {
         );
     }
 
-    let material = transfer.eval(60.0);
+    let material = transfer.eval(100.0);
     let a = material.alpha;
     let half = 1.0 - (1.0 - a).sqrt();
     println!("a slab of half the length: 1 - sqrt(1 - a) = {half:.4}, not a / 2 = {:.4}", a / 2.0);

@@ -25,6 +25,9 @@ macro_rules! examples {
     };
 }
 examples!(first "../examples/first.rs", fog "../examples/fog.rs", scene_file "../examples/scene_file.rs");
+examples!(lesson_1_polygons "../examples/lesson_1_polygons.rs", lesson_2_coverage "../examples/lesson_2_coverage.rs");
+examples!(lesson_3_fetch "../examples/lesson_3_fetch.rs", lesson_4_transfer_function "../examples/lesson_4_transfer_function.rs");
+examples!(lesson_5_over "../examples/lesson_5_over.rs", lesson_6_fog "../examples/lesson_6_fog.rs");
 examples!(transfer_function "../examples/transfer_function.rs", turntable "../examples/turntable.rs");
 
 fn package() -> &'static Path {
@@ -71,6 +74,42 @@ fn examples_make_their_pictures() {
     let frames: Vec<_> = (0..3).map(|i| pixels(&at(&format!("frame-{i:03}.png"))).2).collect();
     assert!(frames[0] != frames[1] && frames[1] != frames[2]);
     assert!(!at("frame-003.png").exists());
+}
+
+/// A lesson's own `run`.
+type Lesson = fn(&Path) -> slicestack::Result<()>;
+
+#[test]
+fn lessons_draw_the_pictures_of_the_tutorial() {
+    let tutorial = fs::read_to_string(package().join("docs/tutorial.md")).unwrap();
+    let dir = tempfile::tempdir().unwrap();
+    let lessons: [(&str, Lesson); 6] = [
+        ("lesson_1_polygons", lesson_1_polygons::run),
+        ("lesson_2_coverage", lesson_2_coverage::run),
+        ("lesson_3_fetch", lesson_3_fetch::run),
+        ("lesson_4_transfer_function", lesson_4_transfer_function::run),
+        ("lesson_5_over", lesson_5_over::run),
+        ("lesson_6_fog", lesson_6_fog::run),
+    ];
+    let mut place = 0;
+    for (name, run) in lessons {
+        let path = dir.path().join(format!("{name}.png"));
+        run(&path).unwrap();
+        let (width, height, drawn) = pixels(&path);
+        let (w, h, shown) = pixels(&package().join(format!("docs/tutorial/{name}.png")));
+        assert_eq!((width, height), (w, h), "{name}");
+        // A lesson may use the platform's powers and roots: a step of 8 bits at most.
+        assert!(drawn.iter().zip(&shown).all(|(a, b)| a.abs_diff(*b) <= 1), "{name}: docs/tutorial holds another picture");
+        assert!(self::drawn(&drawn) > 0.1, "{name}");
+        // The tutorial tells them in order, each with its picture and its code.
+        for link in [format!("tutorial/{name}.png"), format!("../examples/{name}.rs")] {
+            let at = tutorial.find(&link).unwrap_or_else(|| panic!("{link} is not in docs/tutorial.md"));
+            assert!(at > place, "{link} comes too early");
+            place = at;
+        }
+        let lines = fs::read_to_string(package().join(format!("examples/{name}.rs"))).unwrap().lines().count();
+        assert!(lines <= 72, "{name}: {lines} lines are more than a screen");
+    }
 }
 
 /// Paths of the scene files, sorted.
