@@ -74,6 +74,7 @@ function coveragePanel(place) {
     slice.vertices.length ? make("polygon", { points: slice.vertices.map((v) => v.window.join(",")).join(" "), fill: "var(--accent)", "fill-opacity": 0.12, stroke: "var(--accent)", "stroke-width": 2 * unit }) : null,
     make("rect", { x: bx - 2 * unit, y: by - 2 * unit, width: 8 + 4 * unit, height: 8 + 4 * unit, fill: "none", stroke: "var(--bad)", "stroke-width": 2 * unit }),
   ];
+  parts.push(para("A fragment is what a slice leaves in one pixel. The polygon decides which pixels get one:"));
   const figures = [make("figure", {}, picturesvg(place, overlay, "tiles and the polygon in the picture"), make("figcaption", {}, "The picture in tiles of 32 pixels, the slice's polygon over it, and the block of 8 \u00d7 8 pixels that holds the chosen one."))];
   const state = i >= 0 ? bits(pixel.mask[i]) : null;
   if (state) figures.push(make("figure", {}, magnifier(bx, by, state, slice, [pixel.x, pixel.y], "the pixel's block"), make("figcaption", {}, `The block at ${bx}, ${by} as it was rendered: ${state.filter(Boolean).length} of 64 centres covered. Red: pixel ${pixel.x}, ${pixel.y}.`)));
@@ -423,6 +424,17 @@ const STEPS = [
   { name: "Left out", title: "What this scene did not need", show: leftOutPanel },
 ];
 
+const STAGES = {
+  span: "is it covered, and how long is its piece of the ray?",
+  texcoord: "where in the volume does it lie?",
+  fetch: "which value is there?",
+  guard: "values that are no numbers are left out",
+  classify: "which colour and opacity has a slab of that value?",
+  correct: "opacity for the true length of its piece",
+  fog: "what is far takes the fog's colour",
+  mask: "fragments that are not covered become clear",
+  blend: "what the pixel has gathered with it",
+};
 const MEANINGS = { covered: "covered", length: "length of the piece, in slabs", cell: "cell", weight: "weights", value: "value", color: "C", alpha: "A", sum: "pixel", transmittance: "T" };
 // Every stage that ran on the slice, with what it set: whatever stages there are.
 function fragmentList(place) {
@@ -439,7 +451,7 @@ function fragmentList(place) {
       else if (quantity === "value") said.push("value " + num(toData(x), 6));
       else said.push(`${MEANINGS[quantity]} ${quantity === "alpha" || quantity === "transmittance" ? "= " : ""}${Array.isArray(x) ? list(x, 4) : num(x, 5)}`);
     }
-    if (said.length) rows.push(make("dt", {}, stage.name), make("dd", {}, said.flatMap((s, n) => (n ? [make("br", {}), s] : [s]))));
+    if (said.length) rows.push(make("dt", {}, stage.name), make("dd", {}, STAGES[stage.name] ? text("div", STAGES[stage.name], { class: "soft" }) : null, said.flatMap((s, n) => (n ? [make("br", {}), s] : [s]))));
   }
   return [make("dl", {}, rows)];
 }
