@@ -1,6 +1,6 @@
 //! The picture building up, slab by slab.
 
-use super::{order, steady};
+use super::{order, plain, steady};
 use crate::fragment::Batch;
 use crate::raster::Watch;
 use crate::scene::{Order, Scene};
@@ -39,7 +39,7 @@ pub fn build_up(
     frames: u32,
     mut each: impl FnMut(u32, &Picture) -> Result<()>,
 ) -> Result<Vec<u8>> {
-    let mut renderer = Renderer::new(volume, Settings { tile: None, ..settings.clone() });
+    let mut renderer = Renderer::new(volume, plain(settings));
     let steady = steady(&mut renderer, scene, None)?;
     let scene = &steady.scene;
     let count = steady.stats.slices;

@@ -29,8 +29,9 @@ mod survey;
 pub use frames::build_up;
 
 use crate::proxy::Stack;
+use crate::renderer::{refine, start_values};
 use crate::scene::{Blend, Fog, FogMode, FogWeighting, Method, Order, Scene, SlabForm, Slicing};
-use crate::{Error, Picture, RenderStats, Renderer, Result, Settings, Volume, tolerance};
+use crate::{Error, Picture, RenderStats, Renderer, Result, Settings, Volume};
 use geometry::{Side, StackRecord};
 use record::{Context, PixelRecord, Twin};
 use recorder::{Recorder, Wanted};
@@ -134,7 +135,7 @@ impl Explanation {
 /// [`Error::Invalid`] when the pixel lies outside the picture or its ray misses the box, when the slices are none of the stack's or
 /// too many, and when nothing of the box is in the picture; else as [`Renderer::render`].
 pub fn explain(volume: &Volume, scene: &Scene, settings: &Settings, request: &Request) -> Result<Explanation> {
-    let mut renderer = Renderer::new(volume, Settings { tile: None, ..settings.clone() });
+    let mut renderer = Renderer::new(volume, plain(settings));
     let (width, height) = scene.size();
     if let Some((x, y)) = request.pixel.filter(|&(x, y)| x >= width || y >= height) {
         return Err(Error::invalid(format!(
@@ -164,7 +165,7 @@ pub fn explain(volume: &Volume, scene: &Scene, settings: &Settings, request: &Re
     let seen: Recorder = record(&scene)?;
     let context = Context { volume, scene: &scene, to_f32: seen.to_f32 };
     let side = Side::new(volume.grid(), &view)?;
-    let start = start(scene.blend());
+    let start = start_values(scene.blend());
     let mut records: Vec<PixelRecord> = Vec::new();
     for (at, &(x, y)) in pixels.iter().enumerate() {
         let mut record = PixelRecord::new((x, y), picture.pixel(x, y), start, seen.journeys.get(&at), context);
@@ -215,6 +216,11 @@ pub fn explain(volume: &Volume, scene: &Scene, settings: &Settings, request: &Re
     })
 }
 
+/// Settings with which each block is rendered once, and by one tile.
+fn plain(settings: &Settings) -> Settings {
+    Settings { tile: None, estimate: false, ..settings.clone() }
+}
+
 /// A scene whose slices are counted, and its picture.
 struct Steady {
     scene: Scene,
@@ -243,15 +249,10 @@ fn steady(renderer: &mut Renderer<'_>, scene: &Scene, pixel: Option<(u32, u32)>)
             "The scene asks for an error of {asked}, so each block of pixels takes slices of its own; this page gives the {count} slices \
              of the chosen pixel's block to all of them."
         ));
-        scene = scene.clone().with_slices(Slicing::Count(count))?.with_terminate(tolerance::terminate(scene.terminate(), asked))?;
+        scene = scene.clone().with_slices(Slicing::Count(count))?.with_terminate(refine::terminate(scene.terminate(), asked))?;
         (picture, stats, survey) = renderer.render_watched(&scene, Survey::default())?;
     }
     Ok(Steady { scene, picture, stats, survey, pixel, notes })
-}
-
-/// What pixels start from.
-fn start(blend: Blend) -> [f32; 4] {
-    crate::renderer::start_values(blend)
 }
 
 /// The order that slices are blended in.

@@ -120,6 +120,8 @@ impl<'s> Beams<'s> {
             (pixels.first_length[i], pixels.last_length[i]) = match self.outer {
                 Outer::Whole | Outer::WholeBetween => (1.0, 1.0),
                 // Rounding may put the face a hair behind the slice.
+                Outer::Between if ray.corner && to_first < 0.0 => (0.0, (ray.exit - ray.entry) as f32),
+                Outer::Between if ray.corner && from_last < 0.0 => ((ray.exit - ray.entry) as f32, 0.0),
                 Outer::Between => (to_first.max(0.0) as f32, from_last.max(0.0) as f32),
                 Outer::Partial if first == last => ((ray.exit - ray.entry) as f32, (ray.exit - ray.entry) as f32),
                 Outer::Partial => (((first as f64 + 0.5) - ray.entry) as f32, (ray.exit - (last as f64 - 0.5)) as f32),
@@ -132,7 +134,7 @@ impl<'s> Beams<'s> {
                 pixels.doubt |= 1 << i;
                 whole = (i64::MAX, i64::MIN);
                 fragments += (first..=last).filter(|&k| stack.covers(k as u64, x, y)).count() as u64;
-            } else {
+            } else if !ray.corner {
                 fragments += (last - first + 1) as u64;
             }
         }
@@ -280,7 +282,12 @@ impl<'s> Beams<'s> {
         let close = (exit + 1.5) as i64 - 1;
         let last =
             if (exit - close as f64).abs() > error { close - i64::from(exit < close as f64) } else { close - i64::from(!covers(close)) };
-        Ray { entry, exit, first, last, doubt }
+        if first > last && !doubt && !self.outer.whole() && exit - entry > error {
+            // The ray cuts a corner of the box between two slices: its one piece is looked up on the nearest of them.
+            let nearest = ((0.5 * (entry + exit) + 0.5) as i64).clamp(0, self.stack.count as i64 - 1);
+            return Ray { entry, exit, first: nearest, last: nearest, doubt, corner: true };
+        }
+        Ray { entry, exit, first, last, doubt, corner: false }
     }
 }
 
@@ -321,10 +328,12 @@ struct Ray {
     first: i64,
     last: i64,
     doubt: bool,
+    /// Whether the ray passes between two slices and meets none.
+    corner: bool,
 }
 
 impl Ray {
-    const MISS: Self = Self { entry: 0.0, exit: 0.0, first: 1, last: 0, doubt: false };
+    const MISS: Self = Self { entry: 0.0, exit: 0.0, first: 1, last: 0, doubt: false, corner: false };
 }
 
 #[cfg(test)]
