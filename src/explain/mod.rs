@@ -18,8 +18,10 @@
 //! # }
 //! ```
 
+mod choose;
 mod frames;
 mod geometry;
+mod others;
 mod page;
 mod record;
 mod recorder;
@@ -30,9 +32,11 @@ pub use frames::build_up;
 
 use crate::proxy::Stack;
 use crate::renderer::{refine, start_values};
-use crate::scene::{Blend, Fog, FogMode, FogWeighting, Method, Order, Scene, SlabForm, Slicing};
+use crate::scene::{Blend, Method, Order, Scene, Slicing};
 use crate::{Error, Picture, RenderStats, Renderer, Result, Settings, Volume};
+use choose::{busiest, choose, shown, through};
 use geometry::{Side, StackRecord};
+use others::{example_fog, fogged_pictures, others};
 use record::{Context, PixelRecord, Twin};
 use recorder::{Recorder, Wanted};
 use scenery::SceneRecord;
@@ -40,14 +44,10 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
-use survey::{Survey, Worth};
+use survey::Survey;
 
 /// Most slices of one page.
 pub const MAX_SLICES: u64 = 1024;
-/// What all pixels of a record may weigh together: batches of their blocks, and a quarter of the slices that cover them.
-const BUDGET: u64 = 9000;
-/// Largest side of a comparison's pictures on the page.
-const SMALL: u32 = 288;
 
 /// What to explain of a scene.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -258,143 +258,6 @@ fn steady(renderer: &mut Renderer<'_>, scene: &Scene, pixel: Option<(u32, u32)>)
 /// The order that slices are blended in.
 fn order(scene: &Scene) -> Order {
     if scene.blend() == Blend::Over && !scene.method().is_pre_integrated() { scene.order() } else { Order::FrontToBack }
-}
-
-/// The pixel that most slices change; of several, the first.
-fn busiest(survey: &Survey) -> Option<(u32, u32)> {
-    let mut best: Option<((u32, u32), u32)> = None;
-    for (x, y) in survey.blocks().flat_map(lanes) {
-        if let Some(worth) = survey.at(x, y) {
-            if best.is_none_or(|b| worth.events > b.1) {
-                best = Some(((x, y), worth.events));
-            }
-        }
-    }
-    best.map(|b| b.0)
-}
-
-/// The pixels of a block.
-fn lanes((x, y): (u32, u32)) -> impl Iterator<Item = (u32, u32)> {
-    (0..64).map(move |i| (x + i % 8, y + i / 8))
-}
-
-/// Pixels all over what the slices cover, where most happens; as many as the budget lets.
-fn choose(survey: &Survey, (width, height): (u32, u32)) -> Vec<(u32, u32)> {
-    let covered = || survey.blocks().flat_map(lanes).filter(|&(x, y)| x < width && y < height && survey.at(x, y).is_some());
-    let (mut low, mut high) = ((u32::MAX, u32::MAX), (0, 0));
-    for (x, y) in covered() {
-        low = (low.0.min(x), low.1.min(y));
-        high = (high.0.max(x), high.1.max(y));
-    }
-    if low.0 > high.0 {
-        return Vec::new();
-    }
-    for side in [14, 12, 10, 8, 6, 5, 4, 3, 2] {
-        let cell = |v: u32, low: u32, high: u32| (v - low) * side / (high - low + 1);
-        let mut best: BTreeMap<(u32, u32), ((u32, u32), Worth)> = BTreeMap::new();
-        for p in covered() {
-            let Some(worth) = survey.at(p.0, p.1) else { continue };
-            let kept = best.entry((cell(p.1, low.1, high.1), cell(p.0, low.0, high.0))).or_insert((p, worth));
-            if worth.events > kept.1.events {
-                *kept = (p, worth);
-            }
-        }
-        let cost: u64 = best.values().map(|(_, w)| u64::from(w.batches) + u64::from(w.covered) / 4).sum();
-        if cost <= BUDGET {
-            return best.into_values().map(|(p, _)| p).collect();
-        }
-    }
-    Vec::new()
-}
-
-/// Depths at which the ray of a pixel enters and leaves the box, clip planes left out.
-fn through(stack: &Stack, (x, y): (u32, u32)) -> Option<[f64; 2]> {
-    let (x, y) = (f64::from(x) + 0.5, f64::from(y) + 0.5);
-    let (mut entry, mut exit) = (stack.near, stack.far);
-    for h in &stack.half_spaces[..6] {
-        let plane = h.b * x + h.c * y;
-        let (base, slope) = if stack.perspective { (h.a, h.g + plane) } else { (h.a + plane, h.g) };
-        match slope {
-            s if s > 0.0 => entry = entry.max(-base / s),
-            s if s < 0.0 => exit = exit.min(-base / s),
-            _ if base < 0.0 => return None,
-            _ => {}
-        }
-    }
-    (entry <= exit).then_some([entry, exit])
-}
-
-/// The slices of the page.
-fn shown(asked: Option<Range<u64>>, count: u64, worth: Option<Worth>, notes: &mut Vec<String>) -> Result<Range<u64>> {
-    if let Some(Range { start, end }) = asked {
-        if start >= end || end > count {
-            return Err(Error::invalid(format!("slices {start}..{end}: the stack has {count} slices, 0..{count}")));
-        }
-        if end - start > MAX_SLICES {
-            return Err(Error::invalid(format!("slices {start}..{end}: a page holds at most {MAX_SLICES}")));
-        }
-        return Ok(start..end);
-    }
-    if count <= MAX_SLICES {
-        return Ok(0..count);
-    }
-    let middle = worth.map_or(count / 2, |w| w.heaviest);
-    let start = middle.saturating_sub(MAX_SLICES / 2).min(count - MAX_SLICES);
-    let range = start..start + MAX_SLICES;
-    notes.push(format!(
-        "The stack has {count} slices; the page holds {} to {}, around the slice that takes most light from the chosen pixel.",
-        range.start,
-        range.end - 1
-    ));
-    Ok(range)
-}
-
-/// Fog to show with where a scene has none: from the box's nearest to beyond its farthest point.
-fn example_fog(stack: &Stack) -> Result<Fog> {
-    let end = stack.far + 0.25 * (stack.far - stack.near);
-    Fog::new(FogMode::Linear { start: stack.near, end }, [0.62, 0.7, 0.8])
-}
-
-/// Other scenes to record the same pixels of: name, what is different, scene.
-fn others(scene: &Scene, stack: &Stack) -> Result<Vec<(&'static str, String, Scene)>> {
-    if scene.blend() != Blend::Over {
-        return Ok(Vec::new());
-    }
-    let fog = match scene.fog() {
-        Some(fog) => *fog,
-        None => example_fog(stack)?,
-    };
-    let fogged = |weighting| scene.clone().with_fog(Some(fog.with_weighting(weighting)));
-    let to_the_end = scene.clone().with_order(Order::FrontToBack).with_terminate(0.0)?;
-    let mut list = vec![
-        ("front-to-back", "blended front to back, never ended early".to_owned(), to_the_end.clone()),
-        ("fog-weighted", "in fog weighted by opacity".to_owned(), fogged(FogWeighting::Alpha)),
-        ("fog-literal", "in fog by the literal formula".to_owned(), fogged(FogWeighting::Literal)),
-    ];
-    if !scene.method().is_pre_integrated() {
-        list.push(("back-to-front", "blended back to front".to_owned(), scene.clone().with_order(Order::BackToFront)));
-    }
-    // Choices that exclude this form have no such twin.
-    let riemann = Method { slab: SlabForm::Riemann, ..scene.method() };
-    if let Ok(other) = to_the_end.with_method(riemann) {
-        list.push(("riemann", "with slabs of opacity kappa L, the explicit Euler step".to_owned(), other));
-    }
-    Ok(list)
-}
-
-/// The picture in weighted and in literal fog, at most [`SMALL`] pixels a side.
-fn fogged_pictures(renderer: &mut Renderer<'_>, scene: &Scene, stack: &Stack) -> Result<[Picture; 2]> {
-    let (width, height) = scene.size();
-    let shrink = f64::from(SMALL) / f64::from(width.max(height).max(SMALL));
-    let side = |n: u32| ((f64::from(n) * shrink) as u32).max(1);
-    let fog = match scene.fog() {
-        Some(fog) => *fog,
-        None => example_fog(stack)?,
-    };
-    // As many slices as the small picture has use for.
-    let small = scene.clone().with_size(side(width), side(height))?.with_slices(Slicing::Count(stack.count.min(256)))?;
-    let mut one = |weighting| Ok::<_, Error>(renderer.render(&small.clone().with_fog(Some(fog.with_weighting(weighting))))?.0);
-    Ok([one(FogWeighting::Alpha)?, one(FogWeighting::Literal)?])
 }
 
 /// Straight RGBA of a drawing.
