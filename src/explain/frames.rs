@@ -27,7 +27,7 @@ impl Watch for Upto {
 }
 
 /// Renders `scene` building up in at most `frames` pictures: each with more slices than the one before, the last with all of them
-/// and equal to the picture itself. Hands each to `each`, with its number, and returns them all as an animated PNG that runs without
+/// and equal to the picture itself (but for scenes that extrapolate or ask for a tolerance: see [`super::explain`]). Hands each to `each`, with its number, and returns them all as an animated PNG that runs without
 /// end: 12 pictures a second, the last for two seconds.
 ///
 /// # Errors

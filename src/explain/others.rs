@@ -1,7 +1,7 @@
 //! Other renderings of a scene, to compare with.
 
 use crate::proxy::Stack;
-use crate::scene::{Blend, Fog, FogMode, FogWeighting, Method, Order, Scene, SlabForm, Slicing};
+use crate::scene::{Blend, Fog, FogMode, FogWeighting, Method, Order, Scene, SlabForm, Slicing, Straight};
 use crate::{Error, Picture, Renderer, Result};
 
 /// Largest side of a comparison's pictures on the page.
@@ -40,7 +40,7 @@ pub(super) fn others(scene: &Scene, stack: &Stack) -> Result<Vec<(&'static str, 
     Ok(list)
 }
 
-/// The picture in weighted and in literal fog, at most [`SMALL`] pixels a side.
+/// The picture in weighted and in literal fog over an opaque background, at most [`SMALL`] pixels a side.
 pub(super) fn fogged_pictures(renderer: &mut Renderer<'_>, scene: &Scene, stack: &Stack) -> Result<[Picture; 2]> {
     let (width, height) = scene.size();
     let shrink = f64::from(SMALL) / f64::from(width.max(height).max(SMALL));
@@ -49,8 +49,14 @@ pub(super) fn fogged_pictures(renderer: &mut Renderer<'_>, scene: &Scene, stack:
         Some(fog) => *fog,
         None => example_fog(stack)?,
     };
+    // Light without opacity, which literal fog leaves in empty slices, shows over an opaque background alone.
+    let background = Straight { alpha: 1.0, ..scene.background() };
     // As many slices as the small picture has use for.
-    let small = scene.clone().with_size(side(width), side(height))?.with_slices(Slicing::Count(stack.count.min(256)))?;
+    let small = scene
+        .clone()
+        .with_background(background)?
+        .with_size(side(width), side(height))?
+        .with_slices(Slicing::Count(stack.count.min(256)))?;
     let mut one = |weighting| Ok::<_, Error>(renderer.render(&small.clone().with_fog(Some(fog.with_weighting(weighting))))?.0);
     Ok([one(FogWeighting::Alpha)?, one(FogWeighting::Literal)?])
 }

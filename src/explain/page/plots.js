@@ -65,10 +65,10 @@ class Plot {
     if (name) this.root.append(make("text", { x: this.px(x) + (end ? -5 : 5), y: high ? this.top + 11 : this.h - this.bottom - 7, "text-anchor": end ? "end" : "start", class: "small halo" }, name));
     return this;
   }
-  level(y, color, name) {
+  level(y, color, name, below = false) {
     if (y < this.y[0] || y > this.y[1]) return this;
     this.root.append(make("line", { x1: this.left, x2: this.w - this.right, y1: this.py(y), y2: this.py(y), stroke: color, "stroke-dasharray": "2 3" }));
-    if (name) this.root.append(make("text", { x: this.w - this.right - 4, y: this.py(y) + 13, "text-anchor": "end", class: "small halo" }, name));
+    if (name) this.root.append(make("text", { x: this.w - this.right - 4, y: this.py(y) + (below ? 13 : -5), "text-anchor": "end", class: "small halo" }, name));
     return this;
   }
 }

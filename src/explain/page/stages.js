@@ -113,6 +113,7 @@ function lookupPanel(place) {
   const index = cell.map((v, a) => v + w[a]), tex = index.map((u, a) => (u + 0.5) / scene.dims[a]);
   parts.push(para("Where is the fragment in the volume? Voxel centres lie at whole numbers of the index, so texture coordinate s in a volume of n voxels means index u = s n \u2212 \u00bd. Its whole part (rounded down, never towards zero) is the cell, the rest is the weight."));
   parts.push(table(["axis", "texture s, t, p", "index u = s n \u2212 \u00bd", "cell \u230au\u230b", "weight"], ["x", "y", "z"].map((a, n) => [a, num(tex[n], 6), num(index[n], 7), String(cell[n]), num(w[n], 6)])));
+  if (scene.method.sample === "end") parts.push(para("This scene takes its values at the far side of each slab, not in its middle: an error of first order in the slab's thickness."));
   const nearest = scene.method.filter === "nearest", post = scene.method.classification !== "pre";
   const wx = [1 - w[0], w[0]], wy = [1 - w[1], w[1]], wz = [1 - w[2], w[2]];
   const weights = c.map((_, n) => wx[n & 1] * wy[(n >> 1) & 1] * wz[n >> 2]);
@@ -197,7 +198,9 @@ function colourPanel(place) {
       [`A = 1 \u2212 (1 \u2212 a)^(D/L\u2080) = 1 \u2212 (1 \u2212 ${num(a, 4)})^${num(scene.ratio, 4)} = ${num(exact, 6)}`, `the table that the pipeline looks it up in gave ${num(cA ?? 0, 6)}`],
       [`C = A \u00b7 c = ${list([r, g, b].map((x) => x * exact), 4)}`, `from the table: ${list(cC || [0, 0, 0], 4)}`]));
   }
-  if (corrected !== null) parts.push(formula([`A\u2032 = 1 \u2212 (1 \u2212 A)^${num(length, 5)} = ${num(corrected, 6)}`, `the stage correct: this piece of the ray is ${num(length, 5)} slabs long${pixel.slant !== 1 ? `; rays slant by ${num(pixel.slant, 6)} here` : ""}${pixel.span && (place.k === pixel.span[0] || place.k === pixel.span[1]) ? "; the first and last piece reach to the face of the box" : ""}`]));
+  if (!pair && !pre && m.slab === "riemann") parts.push(formula([`A = \u03baL = \u2212ln(1 \u2212 a) \u00b7 D / L\u2080; the table gave ${num(cA ?? 0, 6)}`, "this scene takes the explicit Euler step, which is of first order: see the step Blending"]));
+  if (corrected !== null && m.slab === "riemann") parts.push(formula([`A\u2032 = A \u00b7 ${num(length, 5)} = ${num(corrected, 6)}`, `the stage correct: this piece of the ray is ${num(length, 5)} slabs long`]));
+  else if (corrected !== null) parts.push(formula([`A\u2032 = 1 \u2212 (1 \u2212 A)^${num(length, 5)} = ${num(corrected, 6)}`, `the stage correct: this piece of the ray is ${num(length, 5)} slabs long${pixel.slant !== 1 ? `; rays slant by ${num(pixel.slant, 6)} here` : ""}${pixel.span && (place.k === pixel.span[0] || place.k === pixel.span[1]) ? "; the first and last piece reach to the face of the box" : ""}`]));
   else if (cA !== null && cA !== undefined) parts.push(para("No correction was needed: this piece of the ray is one slab long, and the table is made for that."));
   parts.push(text("h3", "Why 1 \u2212 (1 \u2212 a)^N, and not N a"));
   const show = A > 0.02 && A < 1 ? A : 0.4;
@@ -262,7 +265,7 @@ function fogPanel(place) {
     if (empty) parts.push(para(`The ray crosses ${plural(empty, "slice")} where nothing is (A = 0)${scene.order === "front-to-back" ? `; in literal fog they add ${list(lit, 4)} of light` : ""}. More slices would add more: the picture would depend on how finely it is cut, as no right picture does.`));
   }
   if (pictures.weighted) parts.push(make("div", { class: "pair" },
-    make("figure", {}, make("img", { src: pictures.weighted, alt: "the scene in weighted fog", class: "chart checker" }), make("figcaption", {}, strong("Weighted: ", "good"), "fog lies on the object alone.")),
+    make("figure", {}, make("img", { src: pictures.weighted, alt: "the scene in weighted fog", class: "chart checker" }), make("figcaption", {}, strong("Weighted: ", "good"), "fog lies on the object alone. Both pictures over an opaque background.")),
     make("figure", {}, make("img", { src: pictures.literal, alt: "the scene in literal fog", class: "chart checker" }), make("figcaption", {}, strong("Literal: ", "bad"), "every empty slice of the box glows."))));
   parts.push(para("Opacity is never fogged: fog does not make the object more or less see-through. Literal fog is right for straight colours that are multiplied by A in the blend itself; the result is then the same as weighted fog here."));
   return parts;
@@ -329,6 +332,7 @@ function blendPanel(place) {
     else if (back) parts.push(formula([`colour = C + (1 \u2212 A) \u00b7 colour = ${list(C, 4)} + ${num(1 - A, 5)} \u00b7 ${list(was.sum, 4)} = ${list(pixel.sum[i], 5)}`, "what is nearer hides the share A of all that is behind it"], [`T = (1 \u2212 A) \u00b7 T = ${num(1 - A, 5)} \u00b7 ${num(was.t, 5)} = ${num(pixel.transmittance[i], 6)}`, "light of the background that comes through"]));
     else parts.push(formula([`colour = colour + T \u00b7 C = ${list(was.sum, 4)} + ${num(was.t, 5)} \u00b7 ${list(C, 4)} = ${list(pixel.sum[i], 5)}`, "of this slab's light, the share T gets past what lies before it"], [`T = T \u00b7 (1 \u2212 A) = ${num(was.t, 5)} \u00b7 ${num(1 - A, 5)} = ${num(pixel.transmittance[i], 6)}`, "what is left for the slabs behind it"]));
   }
+  if (scene.method.target === "unorm8") parts.push(para("This scene blends in 8 bits: after every slice colour and transmittance are rounded to multiples of 1/255, so a contribution under half of that vanishes."));
   parts.push(text("h3", "The pixel's whole journey"), journeyPlot(pixel, place));
   const rows = [];
   pixel.slice.forEach((k, n) => {
@@ -355,7 +359,7 @@ function orderParts(pixel) {
   if (ftb.closed) rows.push(row("closed sum, in f64", ftb.closed));
   parts.push(table(["", "red", "green", "blue", "T"], rows));
   const apart = Math.max(0, ...[btf && btf.gathered, ftb.closed].filter(Boolean).flatMap((v) => v.slice(0, 3).map((x, c) => Math.abs(x - ftb.gathered[c]))));
-  parts.push(formula(["colour = \u03a3 C_k \u00b7 (1 \u2212 A_1)(1 \u2212 A_2) \u2026 (1 \u2212 A_{k\u22121})", `each slab's light times what all slabs before it let through. The three differ by ${num(apart, 2)} at most: by rounding${scene.method.target === "unorm8" ? " to 8 bits" : ""}, for they are one sum in three orders of working it out`]));
+  parts.push(formula(["colour = \u03a3 C_k \u00b7 (1 \u2212 A_1)(1 \u2212 A_2) \u2026 (1 \u2212 A_{k\u22121})", `each slab's light times what all slabs before it let through. They differ by ${num(apart, 2)} at most: by rounding${scene.method.target === "unorm8" ? " to 8 bits" : ""}, for they are one sum, worked out in different orders`]));
   return parts;
 }
 
@@ -382,7 +386,7 @@ function stiffParts(place) {
   const worst = Math.max(0, ...kl);
   parts.push(para("Extinction \u03ba = \u2212ln(1 \u2212 a)/L\u2080 is how fast light fades: dT/ds = \u2212\u03baT. Over a piece of length L the exact solution for constant \u03ba is T \u00b7 exp(\u2212\u03baL), so A = 1 \u2212 exp(\u2212\u03baL). The Riemann sum, which is the explicit Euler step, takes A = \u03baL and C = \u03baL c: the straight line where the curve should be. It forgets that the slab attenuates its own light."));
   const plot = new Plot([0, 3], [-2.1, 1.1], { height: 260, xlabel: "\u03baL of a slab", ylabel: "1 \u2212 A: what it lets through", label: "exponential and Euler step", keys: [["exp(\u2212\u03baL)", "var(--accent)"], ["1 \u2212 \u03baL, the Euler step", "var(--bad)", "6 4"]] });
-  plot.level(0, "var(--soft)", "below: negative light").level(-1, "var(--bad)", "below: it grows from slab to slab");
+  plot.level(0, "var(--soft)", "below: negative light", true).level(-1, "var(--bad)", "below: it grows from slab to slab", true);
   plot.line(Array.from({ length: 61 }, (_, n) => [n / 20, Math.exp(-n / 20)]), "var(--accent)");
   plot.line([[0, 1], [3, -2]], "var(--bad)", { dash: "6 4" });
   if (!riemann) ftb.alpha.forEach((A, n) => ftb.covered[n] && A > 0 && plot.dot(Math.min(3, depth(A)), 1 - A, "var(--accent)", 3, "slice " + ftb.slice[n]));
@@ -435,7 +439,7 @@ const STAGES = {
   mask: "fragments that are not covered become clear",
   blend: "what the pixel has gathered with it",
 };
-const MEANINGS = { covered: "covered", length: "length of the piece, in slabs", cell: "cell", weight: "weights", value: "value", color: "C", alpha: "A", sum: "pixel", transmittance: "T" };
+const MEANINGS = { covered: "covered", length: "length of the piece, in slabs", cell: "cell", weight: "weights", value: "value", color: "C", alpha: "A", sum: scene.blend === "over" || scene.blend === "add" ? "pixel" : "kept", transmittance: "T" };
 // Every stage that ran on the slice, with what it set: whatever stages there are.
 function fragmentList(place) {
   const { pixel, i } = place;
