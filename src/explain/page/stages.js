@@ -153,20 +153,22 @@ function lookupPanel(place) {
 
 // The pieces a slab could be cut into, and the light they let through.
 function layersPlot(alpha) {
-  const view = make("svg", { viewBox: "0 0 620 190", class: "chart", role: "img", "aria-label": "light through one slab, and through the same slab in four layers" });
+  const w = byId("panels").clientWidth < 520 ? 400 : 620, x0 = 0.2 * w, x1 = 0.7 * w, x2 = 0.86 * w, side = 46;
+  const view = make("svg", { viewBox: `0 0 ${w} 190`, class: "chart", role: "img", "aria-label": "light through one slab, and through the same slab in four layers" });
   const draw = (y, parts, label) => {
-    const left = 1 - alpha, width = 300 / parts;
-    view.append(make("text", { x: 10, y: y - 8, class: "small soft" }, label));
-    view.append(make("rect", { x: 10, y: y, width: 120, height: 46, fill: "var(--accent)", "fill-opacity": 0.75 }), make("text", { x: 70, y: y + 27, "text-anchor": "middle", class: "halo" }, "light 1"));
+    const left = 1 - alpha, width = (x1 - x0) / parts, middle = y + side / 2;
+    view.append(make("text", { x: 4, y: y - 9, class: "small soft" }, label));
+    view.append(make("rect", { x: 4, y, width: x0 - 4, height: side, fill: "var(--accent)", "fill-opacity": 0.75 }), make("text", { x: x0 / 2, y: middle + 4, "text-anchor": "middle", class: "halo" }, "light 1"));
     for (let n = 0; n < parts; n++) {
-      const t = left ** (n / parts), u = left ** ((n + 1) / parts), h0 = 46 * t, h1 = 46 * u, x = 130 + n * width;
-      view.append(make("path", { d: `M${x} ${y + 23 - h0 / 2}L${x + width} ${y + 23 - h1 / 2}L${x + width} ${y + 23 + h1 / 2}L${x} ${y + 23 + h0 / 2}Z`, fill: "var(--accent)", "fill-opacity": 0.45 }), make("rect", { x, y: y - 3, width, height: 52, fill: "none", stroke: "var(--soft)" }), make("text", { x: x + width / 2, y: y + 27, "text-anchor": "middle", class: "small halo" }, parts === 1 ? "\u00d7 " + num(left, 3) : "\u00d7 " + num(left ** (1 / parts), 3)));
+      const h0 = (side / 2) * left ** (n / parts), h1 = (side / 2) * left ** ((n + 1) / parts), x = x0 + n * width;
+      view.append(make("path", { d: `M${x} ${middle - h0}L${x + width} ${middle - h1}L${x + width} ${middle + h1}L${x} ${middle + h0}Z`, fill: "var(--accent)", "fill-opacity": 0.45 }),
+        make("rect", { x, y: y - 3, width, height: side + 6, fill: "none", stroke: "var(--soft)" }),
+        make("text", { x: x + width / 2, y: middle + 4, "text-anchor": "middle", class: "small halo" }, "\u00d7 " + num(left ** (1 / parts), 3)));
     }
-    const h = 46 * left;
-    view.append(make("rect", { x: 430, y: y + 23 - h / 2, width: 110, height: Math.max(1, h), fill: "var(--accent)", "fill-opacity": 0.75 }), make("text", { x: 548, y: y + 27, class: "halo" }, num(left, 4)));
+    view.append(make("rect", { x: x1, y: middle - (side / 2) * left, width: x2 - x1, height: Math.max(1, side * left), fill: "var(--accent)", "fill-opacity": 0.75 }), make("text", { x: x2 + 5, y: middle + 4, class: "halo" }, num(left, 4)));
   };
   draw(24, 1, `the slab as one piece: it lets 1 \u2212 A = ${num(1 - alpha, 4)} of the light through`);
-  draw(118, 4, `the same slab as four layers: each lets the fourth root through`);
+  draw(118, 4, "the same slab as four layers: each lets the fourth root through");
   return view;
 }
 
@@ -359,7 +361,7 @@ function orderParts(pixel) {
   if (ftb.closed) rows.push(row("closed sum, in f64", ftb.closed));
   parts.push(table(["", "red", "green", "blue", "T"], rows));
   const apart = Math.max(0, ...[btf && btf.gathered, ftb.closed].filter(Boolean).flatMap((v) => v.slice(0, 3).map((x, c) => Math.abs(x - ftb.gathered[c]))));
-  parts.push(formula(["colour = \u03a3 C_k \u00b7 (1 \u2212 A_1)(1 \u2212 A_2) \u2026 (1 \u2212 A_{k\u22121})", `each slab's light times what all slabs before it let through. They differ by ${num(apart, 2)} at most: by rounding${scene.method.target === "unorm8" ? " to 8 bits" : ""}, for they are one sum, worked out in different orders`]));
+  parts.push(formula(["colour = \u03a3 C\u2096 \u00b7 (1 \u2212 A\u2081)(1 \u2212 A\u2082) \u2026 (1 \u2212 A\u2096\u208b\u2081)", `each slab's light times what all slabs before it let through. They differ by ${num(apart, 2)} at most: by rounding${scene.method.target === "unorm8" ? " to 8 bits" : ""}, for they are one sum, worked out in different orders`]));
   return parts;
 }
 
