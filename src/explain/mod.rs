@@ -249,7 +249,12 @@ fn steady(renderer: &mut Renderer<'_>, scene: &Scene, pixel: Option<(u32, u32)>)
             "The scene asks for an error of {asked}, so each block of pixels takes slices of its own; this page gives the {count} slices \
              of the chosen pixel's block to all of them."
         ));
-        scene = scene.clone().with_slices(Slicing::Count(count))?.with_terminate(refine::terminate(scene.terminate(), asked))?;
+        // A tolerance may choose the method too.
+        scene = scene
+            .clone()
+            .with_method(stats.method)?
+            .with_slices(Slicing::Count(count))?
+            .with_terminate(refine::terminate(scene.terminate(), asked))?;
         (picture, stats, survey) = renderer.render_watched(&scene, Survey::default())?;
     }
     Ok(Steady { scene, picture, stats, survey, pixel, notes })

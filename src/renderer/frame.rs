@@ -6,7 +6,7 @@ use crate::lanes::LookupTable;
 use crate::plan::{self, Classes, Needs, Scaling, Slab};
 use crate::proxy::Stack;
 use crate::raster::{BlockMask, Counters, Occupancy, Outer, Resolve, Watch, Work, render_tiles};
-use crate::scene::{Blend, Ends, Fog, FogDistance, FogWeighting, Premultiplied, SampleAt, Scene, SlabForm, TransferFunction, View};
+use crate::scene::{Blend, Ends, Fog, FogDistance, FogWeighting, Method, Premultiplied, SampleAt, Scene, SlabForm, TransferFunction, View};
 use crate::volume::bricks::Bricks;
 use crate::volume::packed::Packed;
 use crate::{Error, Result, Volume};
@@ -115,7 +115,7 @@ impl Renderer<'_> {
         }
         let planned = plan::planned(scene, volume, &needs);
         let visible_share = needs.skip.then(|| transfer_data.occupancy.share());
-        Ok(Finished { counters, slices: stack.count, planned, visible_share })
+        Ok(Finished { counters, slices: stack.count, planned, method: scene.method(), visible_share })
     }
 }
 
@@ -124,6 +124,8 @@ pub(super) struct Finished {
     pub(super) counters: Counters,
     pub(super) slices: u64,
     pub(super) planned: Vec<(String, String)>,
+    /// How its rays were integrated.
+    pub(super) method: Method,
     visible_share: Option<f64>,
 }
 
@@ -149,9 +151,16 @@ impl Finished {
 }
 
 /// Seconds since a frame began, and those of them that went into what depends on volume and transfer function only.
+#[derive(Debug)]
 pub(super) struct Clock {
     pub(super) start: Instant,
     pub(super) prepare_seconds: f64,
+}
+
+impl Default for Clock {
+    fn default() -> Self {
+        Self { start: Instant::now(), prepare_seconds: 0.0 }
+    }
 }
 
 impl Clock {

@@ -8,7 +8,7 @@ use crate::lanes::Level;
 use crate::plan::Scaling;
 use crate::proxy::Stack;
 use crate::raster::Watch;
-use crate::scene::{MAX_SLICES, Scene, Slicing, View};
+use crate::scene::{MAX_SLICES, Method, Scene, Slicing, View};
 use crate::target::Picture;
 use crate::volume::bricks::Bricks;
 use crate::volume::packed::Packed;
@@ -17,7 +17,6 @@ use crate::{Error, Result, Settings, Volume};
 pub(crate) use frame::start_values;
 use frame::{Clock, Shot, TransferData, VolumeData};
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use std::time::Instant;
 
 /// Side of a tile when the settings leave it open: a multiple of the block, small enough to share out on many cores.
 const TILE: u32 = 32;
@@ -32,6 +31,8 @@ pub struct RenderStats {
     pub render_seconds: f64,
     /// Slice planes of the stack; of the finest one, where a tolerance gave blocks different ones.
     pub slices: u64,
+    /// How rays were integrated: the scene's method, or the one that a tolerance chose.
+    pub method: Method,
     /// Fragments covered by slice polygons.
     pub fragments: u64,
     /// Voxel lookups (trilinear samples) really done.
@@ -99,7 +100,7 @@ impl<'v> Renderer<'v> {
         if self.settings.tile == Some(0) {
             return Err(Error::invalid("tile 0: a tile has at least one pixel"));
         }
-        let mut clock = Clock { start: Instant::now(), prepare_seconds: 0.0 };
+        let mut clock = Clock::default();
         let volume = self.volume;
         clock.prepare(|| {
             self.volume_data.get_or_insert_with(|| {
@@ -148,6 +149,7 @@ impl<'v> Renderer<'v> {
             prepare_seconds: clock.prepare_seconds,
             render_seconds: clock.start.elapsed().as_secs_f64() - clock.prepare_seconds,
             slices: done.slices,
+            method: done.method,
             fragments: done.counters.fragments,
             fetches: done.counters.fetches,
             threads: rayon::current_num_threads(),
