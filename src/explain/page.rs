@@ -6,13 +6,13 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use std::borrow::Cow;
 
-const STYLE: &str = include_str!("page.css");
-const BODY: &str = include_str!("page.html");
+/// Up to the title. Its policy lets nothing be fetched, whatever a volume is called.
+const HEAD: &str = include_str!("page/head.html");
+const STYLE: &str = include_str!("page/style.css");
+const BODY: &str = include_str!("page/body.html");
 /// In the order they build on each other.
 const SCRIPTS: [&str; 4] =
     [include_str!("page/tools.js"), include_str!("page/plots.js"), include_str!("page/stages.js"), include_str!("page/main.js")];
-/// Nothing may be fetched, whatever a volume is called.
-const POLICY: &str = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'";
 /// Largest side of the picture on the page.
 const SIDE: u32 = 1024;
 
@@ -82,11 +82,7 @@ pub(super) fn page(explanation: &Explanation) -> Result<String> {
     let pictures = inert(&serde_json::Value::Object(pictures).to_string());
     let record = inert(&explanation.json()?);
     Ok([
-        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n",
-        "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n",
-        "<meta name=\"color-scheme\" content=\"light dark\">\n",
-        &format!("<meta http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\">\n"),
-        "<link rel=\"icon\" href=\"data:,\">\n",
+        HEAD,
         &format!("<title>{} step by step</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n{BODY}", text(&name)),
         &format!("<script type=\"application/json\" id=\"record\">{record}</script>\n"),
         &format!("<script type=\"application/json\" id=\"pictures\">{pictures}</script>\n"),
