@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// What all pixels of a record may weigh together: batches of their blocks, and a quarter of the slices that cover them.
-const BUDGET: u64 = 9000;
+const BUDGET: f64 = 9000.0;
 
 /// The pixel that most slices change; of several, the first.
 pub(super) fn busiest(survey: &Survey) -> Option<(u32, u32)> {
@@ -28,8 +28,8 @@ fn lanes((x, y): (u32, u32)) -> impl Iterator<Item = (u32, u32)> {
     (0..64).map(move |i| (x + i % 8, y + i / 8))
 }
 
-/// Pixels all over what the slices cover, where most happens; as many as the budget lets.
-pub(super) fn choose(survey: &Survey, (width, height): (u32, u32)) -> Vec<(u32, u32)> {
+/// Pixels all over what the slices cover, where most happens; as many as the budget lets when a `share` of all slices is recorded.
+pub(super) fn choose(survey: &Survey, (width, height): (u32, u32), share: f64) -> Vec<(u32, u32)> {
     let covered = || survey.blocks().flat_map(lanes).filter(|&(x, y)| x < width && y < height && survey.at(x, y).is_some());
     let (mut low, mut high) = ((u32::MAX, u32::MAX), (0, 0));
     for (x, y) in covered() {
@@ -50,7 +50,7 @@ pub(super) fn choose(survey: &Survey, (width, height): (u32, u32)) -> Vec<(u32, 
             }
         }
         let cost: u64 = best.values().map(|(_, w)| u64::from(w.batches) + u64::from(w.covered) / 4).sum();
-        if cost <= BUDGET {
+        if cost as f64 * share <= BUDGET {
             return best.into_values().map(|(p, _)| p).collect();
         }
     }

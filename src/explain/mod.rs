@@ -158,7 +158,9 @@ pub fn explain(volume: &Volume, scene: &Scene, settings: &Settings, request: &Re
     }
     let slices = shown(request.slices.clone(), stack.count, survey.at(pixel.0, pixel.1), &mut notes)?;
     let mut pixels = vec![pixel];
-    pixels.extend(choose(&survey, (width, height)).into_iter().filter(|&p| p != pixel));
+    pixels.extend(
+        choose(&survey, (width, height), (slices.end - slices.start) as f64 / stack.count as f64).into_iter().filter(|&p| p != pixel),
+    );
 
     let wanted = Arc::new(Wanted::new(&pixels, slices.clone(), stack.count));
     let mut record = |scene: &Scene| Ok(renderer.render_watched(scene, Recorder::new(Arc::clone(&wanted)))?.2);
@@ -241,7 +243,7 @@ fn steady(renderer: &mut Renderer<'_>, scene: &Scene, pixel: Option<(u32, u32)>)
         scene = scene.with_method(method)?;
         notes.push("The scene extrapolates pictures of N and 2 N slices; this page follows the picture of N.".to_owned());
     }
-    let (mut picture, mut stats, mut survey) = renderer.render_watched(&scene, Survey::default())?;
+    let (mut picture, mut stats, mut survey) = renderer.render_watched(&scene, Survey::new(scene.blend()))?;
     let pixel = pixel.or_else(|| busiest(&survey));
     if let Slicing::Tolerance(asked) = scene.slicing() {
         let count = pixel.and_then(|(x, y)| survey.at(x, y)).map_or(stats.slices, |w| w.slices).max(1);
@@ -255,7 +257,7 @@ fn steady(renderer: &mut Renderer<'_>, scene: &Scene, pixel: Option<(u32, u32)>)
             .with_method(stats.method)?
             .with_slices(Slicing::Count(count))?
             .with_terminate(refine::terminate(scene.terminate(), asked))?;
-        (picture, stats, survey) = renderer.render_watched(&scene, Survey::default())?;
+        (picture, stats, survey) = renderer.render_watched(&scene, Survey::new(scene.blend()))?;
     }
     Ok(Steady { scene, picture, stats, survey, pixel, notes })
 }

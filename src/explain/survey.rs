@@ -4,10 +4,14 @@ use crate::fragment::Batch;
 use crate::fragment::batch::BATCH;
 use crate::proxy::Stack;
 use crate::raster::Watch;
+use crate::scene::Blend;
 use std::collections::BTreeMap;
 
 /// Change of a pixel's transmittance or colour that counts as something happening: about half a step of 8 bits.
 const SEEN: f32 = 1.0 / 512.0;
+
+/// Slices that a hit is worth.
+const HIT: u32 = 1 << 24;
 
 /// What happened in one block.
 #[derive(Debug, Clone)]
@@ -44,11 +48,18 @@ pub(super) struct Worth {
 pub(super) struct Survey {
     blocks: BTreeMap<(u32, u32), Block>,
     current: Option<((u32, u32), Block)>,
+    /// Whether a pixel ends with a hit, which is then worth more than any number of slices without one.
+    hits: bool,
     /// Transmittance and first channel before the slice at hand.
     before: Option<(i64, Box<[[f32; BATCH]; 2]>)>,
 }
 
 impl Survey {
+    /// A survey of a scene blended this way.
+    pub(super) fn new(blend: Blend) -> Self {
+        Self { hits: matches!(blend, Blend::Lmip { .. } | Blend::Iso { .. }), ..Self::default() }
+    }
+
     /// What happened at pixel (x,y); `None` where no slice covers it.
     pub(super) fn at(&self, x: u32, y: u32) -> Option<Worth> {
         let block = self.blocks.get(&(x & !7, y & !7))?;
@@ -75,7 +86,9 @@ impl Survey {
             let change = (before[0][i] - batch.pixels.transmittance[i]).abs();
             // Projections gather in the first channel, which starts at -inf: a step from there is a change too.
             let moved = before[1][i] != batch.pixels.color[0][i];
-            if change > SEEN || (change == 0.0 && moved) {
+            if self.hits && change > 0.0 {
+                block.events[i] += HIT;
+            } else if change > SEEN || (change == 0.0 && moved) {
                 block.events[i] += 1;
             }
             if change > block.heaviest[i].1 {
@@ -87,7 +100,7 @@ impl Survey {
 
 impl Watch for Survey {
     fn fresh(&self) -> Self {
-        Self::default()
+        Self { hits: self.hits, ..Self::default() }
     }
 
     fn block(&mut self, stack: &Stack, x: u32, y: u32, batch: &Batch) {

@@ -314,14 +314,29 @@ const PROJECTIONS = {
   iso: "The first place where the value crosses the level is kept, refined between slices, and lit from the eye.",
 };
 
+// What the pixel's numbers stand for in each projection.
+const same = (x) => x;
+const KEPT = {
+  mip: [["greatest value", toData]],
+  min: [["smallest value", toData]],
+  average: [["sum of (number \u2212 table's first) \u00b7 length", same], ["sum of lengths", same]],
+  add: [["red", same], ["green", same], ["blue", same]],
+  lmip: [["last value", toData], ["greatest value", toData]],
+  iso: [["last value", toData], ["crossing, in slices", same]],
+};
+
 // 6. Blending.
 function blendPanel(place) {
   const { pixel, i } = place, parts = [];
   if (scene.blend !== "over") {
     parts.push(para(PROJECTIONS[scene.blend] || ""), valuePlot(pixel, place));
     if (i < 0) parts.push(passed(place));
-    const rows = pixel.slice.map((k, n) => ({ kind: k === place.k ? "here" : "minor", cells: [String(k), num(toData(pixel.value[n])), pixel.covered[n] ? "yes" : "no", ...pixel.sum[n].map((x) => num(x)), num(pixel.transmittance[n])] }));
-    parts.push(text("h3", "What the pixel kept, slice by slice"), table(["slice", "value", "covered", "kept 1", "kept 2", "kept 3", "T"], rows, { tall: true }), para(`Kept at the end: ${list(pixel.gathered.slice(0, 3))}, T = ${num(pixel.gathered[3])}; the picture's pixel is ${list(pixel.picture, 5)}, premultiplied.`));
+    const kept = KEPT[scene.blend] || [], ends = scene.blend === "iso" || scene.blend === "lmip", adds = scene.blend === "add";
+    const numbers = (sum, t) => [...kept.map(([, f], c) => num(sum[c] === null ? null : f(sum[c]))), ...(ends ? [t > 0 ? "looking on" : "found"] : adds ? [num(t)] : [])];
+    const heads = [...kept.map(([name]) => name), ...(ends ? [""] : adds ? ["opacity"] : [])];
+    const rows = pixel.slice.map((k, n) => ({ kind: k === place.k ? "here" : "minor", cells: [String(k), num(toData(pixel.value[n])), pixel.covered[n] ? "yes" : "no", ...numbers(pixel.sum[n], pixel.transmittance[n])] }));
+    const end = numbers(pixel.gathered, pixel.gathered[3]);
+    parts.push(text("h3", "What the pixel kept, slice by slice"), table(["slice", "value", "covered", ...heads], rows, { tall: true }), para(`In the end: ${heads.map((h, n) => (h ? h + " " : "") + end[n]).join(", ")}; the picture's pixel is ${list(pixel.picture, 5)}, premultiplied.`));
     return parts;
   }
   const back = scene.order === "back-to-front";

@@ -23,7 +23,7 @@ const worked = (words) => make("p", { class: "worked" }, words);
 // A number in at most so many significant digits.
 function num(x, digits = 5) {
   if (x === null || x === undefined) return "\u2013";
-  if (!Number.isFinite(x)) return String(x);
+  if (!Number.isFinite(x)) return x > 0 ? "\u221e" : x < 0 ? "\u2212\u221e" : "no number";
   if (x === 0) return "0";
   const size = Math.abs(x);
   const s = size >= 1e7 || size < 1e-4 ? x.toExponential(Math.max(0, digits - 2)) : String(Number(x.toPrecision(digits)));
