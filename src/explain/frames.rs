@@ -1,7 +1,6 @@
 //! The picture building up, slab by slab.
 
 use super::{order, plain, steady};
-use crate::fragment::Batch;
 use crate::raster::Watch;
 use crate::scene::{Order, Scene};
 use crate::{Error, Picture, Renderer, Result, Settings, Volume};
@@ -20,8 +19,6 @@ impl Watch for Upto {
     fn slices(&self, covered: Range<i64>) -> Range<i64> {
         covered.start.max(self.slices.start)..covered.end.min(self.slices.end)
     }
-
-    fn done(&mut self, _: &Batch) {}
 
     fn merge(&mut self, _: Self) {}
 }
