@@ -189,7 +189,7 @@ function colourPanel(place) {
   else {
     parts.push(make("div", { class: "pair big" },
       make("div", {}, text("h3", "Straight"), para(swatch([r, g, b]), `colour ${list([r, g, b], 4)}`), para(`opacity a = ${num(a, 6)} per L\u2080`)),
-      make("div", {}, text("h3", "Premultiplied, for this slab"), para(swatch(pixel.color[i], "premultiplied"), list(cC || pixel.color[i], 4)), para(`opacity A = ${num(cA ?? pixel.alpha[i], 6)} for one slab of thickness D`))));
+      make("div", {}, text("h3", "Premultiplied, for this slab"), para(swatch(cC || pixel.color[i]), list(cC || pixel.color[i], 4)), para(`opacity A = ${num(cA ?? pixel.alpha[i], 6)} for one slab of thickness D`))));
   }
   const A = pixel.alpha[i], corrected = column(pixel, "correct", "alpha", i);
   if (!pair && !pre && m.slab === "exponential") {
