@@ -66,6 +66,7 @@
 mod error;
 mod fragment;
 pub mod lanes;
+mod opengl;
 mod plan;
 pub mod proxy;
 mod raster;

@@ -2,10 +2,11 @@
 
 use crate::fragment::{Frame, FrameFog};
 use crate::lanes::Level;
+use crate::opengl;
 use crate::plan::{self, Layout, Needs, Scaling};
 use crate::proxy::Stack;
 use crate::raster::{BlockMask, Counters, Occupancy, Resolve, Watch, Work, render_tiles};
-use crate::scene::{Blend, Fog, FogWeighting, Premultiplied, Scene, Slicing, TransferFunction, View};
+use crate::scene::{Blend, Classification, Fog, FogWeighting, OpenGl, Premultiplied, Scene, Slicing, TransferFunction, View};
 use crate::target::Picture;
 use crate::tolerance;
 use crate::volume::bricks::Bricks;
@@ -69,6 +70,7 @@ pub struct Renderer<'v> {
     pool: Option<ThreadPool>,
     volume_data: Option<VolumeData>,
     transfer_data: Option<TransferData>,
+    texture: Option<(opengl::TextureKey, opengl::Texture)>,
 }
 
 impl std::fmt::Debug for Renderer<'_> {
@@ -81,7 +83,7 @@ impl<'v> Renderer<'v> {
     /// A renderer for `volume`.
     pub fn new(volume: &'v Volume, settings: Settings) -> Self {
         let level = settings.level.unwrap_or_else(Level::best);
-        Self { volume, settings, level, pool: None, volume_data: None, transfer_data: None }
+        Self { volume, settings, level, pool: None, volume_data: None, transfer_data: None, texture: None }
     }
 
     /// One picture of `scene`, and what it cost.
@@ -107,11 +109,15 @@ impl<'v> Renderer<'v> {
 
     /// As [`Renderer::render_watched`], on the current thread pool.
     fn render_here<W: Watch>(&mut self, scene: &Scene) -> Result<(Picture, RenderStats, W)> {
-        if scene.method() != crate::scene::Method::default() {
-            return Err(Error::invalid("this method is not offered yet"));
-        }
         if self.settings.tile == Some(0) {
             return Err(Error::invalid("tile 0: a tile has at least one pixel"));
+        }
+        if let Some(state) = scene.opengl() {
+            let (picture, stats) = self.draw(scene, state)?;
+            return Ok((picture, stats, W::default()));
+        }
+        if scene.method() != crate::scene::Method::default() {
+            return Err(Error::invalid("this method is not offered yet"));
         }
         let mut clock = Clock { start: Instant::now(), prepare_seconds: 0.0 };
         let volume = self.volume;
@@ -172,6 +178,69 @@ impl<'v> Renderer<'v> {
             warnings,
         };
         Ok((Picture::new(width, height, pixels), stats, watch))
+    }
+
+    /// One picture of `scene` through the fixed-function pipeline in `state`.
+    fn draw(&mut self, scene: &Scene, state: &OpenGl) -> Result<(Picture, RenderStats)> {
+        let mut clock = Clock { start: Instant::now(), prepare_seconds: 0.0 };
+        let volume = self.volume;
+        opengl::check_matrix(state, volume)?;
+        let (width, height) = scene.size();
+        let view = scene.camera().resolve(volume.grid(), width, height)?;
+        let stack = Stack::new(volume.grid(), &view, scene.clip_planes(), slice_count(scene.slicing(), volume, &view)?);
+        let method = scene.method();
+        let (table, kept) = clock.prepare(|| {
+            let values = opengl::Values::of(volume);
+            let unit = scene.opacity_unit().unwrap_or_else(|| volume.grid().smallest_spacing());
+            let ratio = if stack.is_empty() { 1.0 } else { stack.spacing / unit };
+            let table = opengl::Table::new(scene.transfer(), &values, ratio, state, method.target);
+            let classified = method.classification == Classification::Pre;
+            let key = opengl::TextureKey { format: state.texture, table: classified.then(|| table.clone()) };
+            let kept = match self.texture.take().filter(|t| t.0 == key) {
+                Some(kept) => kept,
+                None => {
+                    let texture = opengl::Texture::new(volume, &values, &key)?;
+                    (key, texture)
+                }
+            };
+            Ok::<_, Error>((table, self.texture.insert(kept)))
+        })?;
+        let pipeline = opengl::Pipeline {
+            state,
+            texture: &kept.1,
+            dims: volume.grid().dims(),
+            filter: method.filter,
+            table: &table,
+            stack: &stack,
+            fog: scene.fog(),
+            order: scene.order(),
+            clear: background(scene),
+            target: method.target,
+        };
+        let mut pixels = canvas(width, height)?;
+        let fragments = pipeline.draw(&mut pixels, self.settings.tile.unwrap_or(TILE), self.settings.progress.as_deref())?;
+        let non_finite = if volume.voxels().voxel_type().is_float() { volume.statistics().non_finite } else { 0 };
+        let mut warnings = Vec::new();
+        if stack.is_empty() {
+            warnings.push("the whole box lies behind the eye: nothing to see".to_owned());
+        }
+        if non_finite > 0 {
+            warnings.push(format!("{non_finite} of {} voxels are NaN or infinite: texels of 0", volume.grid().voxel_count()));
+        }
+        let stats = RenderStats {
+            prepare_seconds: clock.prepare_seconds,
+            render_seconds: clock.start.elapsed().as_secs_f64() - clock.prepare_seconds,
+            slices: stack.count,
+            fragments,
+            fetches: fragments,
+            threads: rayon::current_num_threads(),
+            simd: self.level.name(),
+            left_out: opengl::left_out(scene, state),
+            error_estimate: None,
+            non_finite_voxels: non_finite,
+            warnings,
+        };
+        Ok((Picture::new(width, height, pixels), stats))
     }
 
     /// `pixels` to `tolerance`, each block in as many slices as it needs; and the error estimated.

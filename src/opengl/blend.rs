@@ -1,0 +1,240 @@
+//! Framebuffers of three depths, and the blend function between a fragment and what is there.
+
+use crate::scene::{BlendFunction, Equation, Factor, FragmentBits, OpenGl};
+
+/// The numbers of a framebuffer. A pixel's component is one f32: the number itself, or its level.
+pub(super) trait Framebuffer {
+    /// A component as stored, as a number.
+    fn load(stored: f32) -> f64;
+    /// A number after blending, as it is stored.
+    fn store(number: f64) -> f32;
+    /// A component of a fragment on its way into blending, clamped to `[0,1]`.
+    fn fragment(number: f32, bits: FragmentBits) -> f64;
+}
+
+/// Fixed point of `LEVELS` + 1 levels from 0 to 1: 255 for 8 bits, 65535 for 16. A component is kept as its level.
+pub(super) struct Unorm<const LEVELS: u32>;
+
+impl<const LEVELS: u32> Framebuffer for Unorm<LEVELS> {
+    #[inline(always)]
+    fn load(stored: f32) -> f64 {
+        f64::from(stored) / f64::from(LEVELS)
+    }
+
+    /// Clamped to `[0,1]` and rounded to the nearest level. Levels times factors that are levels never lie in the middle of two
+    /// (their denominator is odd), so what f64 rounds before does not show.
+    #[inline(always)]
+    fn store(number: f64) -> f32 {
+        (number.clamp(0.0, 1.0) * f64::from(LEVELS) + 0.5) as u32 as f32
+    }
+
+    #[inline(always)]
+    fn fragment(number: f32, bits: FragmentBits) -> f64 {
+        match bits {
+            FragmentBits::Framebuffer => Self::load(Self::store(f64::from(number))),
+            FragmentBits::Float => f64::from(number.clamp(0.0, 1.0)),
+        }
+    }
+}
+
+/// 32-bit floats: fragments are clamped to `[0,1]`, sums are not.
+pub(super) struct Float;
+
+impl Framebuffer for Float {
+    #[inline(always)]
+    fn load(stored: f32) -> f64 {
+        f64::from(stored)
+    }
+
+    /// Rounded to f32. Functions that let a pixel grow end at the largest f32, not in infinity, from which a NaN could come.
+    #[inline(always)]
+    fn store(number: f64) -> f32 {
+        number.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32
+    }
+
+    #[inline(always)]
+    fn fragment(number: f32, _: FragmentBits) -> f64 {
+        f64::from(number.clamp(0.0, 1.0))
+    }
+}
+
+/// Whether a fragment of opacity `alpha` passes the alpha test. The reference is a number of the framebuffer, as alpha is.
+#[inline(always)]
+pub(super) fn alpha_passes<F: Framebuffer>(state: &OpenGl, alpha: f64) -> bool {
+    state.alpha_test.is_none_or(|test| test.compare.passes(alpha, F::fragment(test.reference as f32, state.fragment_bits)))
+}
+
+/// Fragment `s` blended with pixel `d`, both as numbers.
+#[inline(always)]
+pub(super) fn blend(state: &OpenGl, s: [f64; 4], d: [f64; 4]) -> [f64; 4] {
+    let k = &state.blend_constant;
+    let color = |c: usize| combine(&state.blend, s[c], d[c], |factor| color_factor(factor, c, &s, &d, k));
+    let (a, d3) = (s[3], d[3]);
+    [color(0), color(1), color(2), combine(&state.blend_alpha, a, d3, |factor| alpha_factor(factor, a, d3, k[3]))]
+}
+
+#[inline(always)]
+fn combine(function: &BlendFunction, s: f64, d: f64, factor: impl Fn(Factor) -> f64) -> f64 {
+    let weighted = || (s * factor(function.source), d * factor(function.destination));
+    match function.equation {
+        Equation::Add => {
+            let (s, d) = weighted();
+            s + d
+        }
+        Equation::Subtract => {
+            let (s, d) = weighted();
+            s - d
+        }
+        Equation::ReverseSubtract => {
+            let (s, d) = weighted();
+            d - s
+        }
+        Equation::Min => s.min(d),
+        Equation::Max => s.max(d),
+    }
+}
+
+#[inline(always)]
+fn color_factor(factor: Factor, c: usize, s: &[f64; 4], d: &[f64; 4], k: &[f64; 4]) -> f64 {
+    match factor {
+        Factor::Zero => 0.0,
+        Factor::One => 1.0,
+        Factor::SrcColor => s[c],
+        Factor::OneMinusSrcColor => 1.0 - s[c],
+        Factor::DstColor => d[c],
+        Factor::OneMinusDstColor => 1.0 - d[c],
+        Factor::SrcAlpha => s[3],
+        Factor::OneMinusSrcAlpha => 1.0 - s[3],
+        Factor::DstAlpha => d[3],
+        Factor::OneMinusDstAlpha => 1.0 - d[3],
+        Factor::ConstantColor => k[c],
+        Factor::OneMinusConstantColor => 1.0 - k[c],
+        Factor::ConstantAlpha => k[3],
+        Factor::OneMinusConstantAlpha => 1.0 - k[3],
+        Factor::SrcAlphaSaturate => s[3].min(1.0 - d[3]),
+    }
+}
+
+#[inline(always)]
+fn alpha_factor(factor: Factor, s: f64, d: f64, k: f64) -> f64 {
+    match factor {
+        Factor::Zero => 0.0,
+        Factor::One | Factor::SrcAlphaSaturate => 1.0,
+        Factor::SrcColor | Factor::SrcAlpha => s,
+        Factor::OneMinusSrcColor | Factor::OneMinusSrcAlpha => 1.0 - s,
+        Factor::DstColor | Factor::DstAlpha => d,
+        Factor::OneMinusDstColor | Factor::OneMinusDstAlpha => 1.0 - d,
+        Factor::ConstantColor | Factor::ConstantAlpha => k,
+        Factor::OneMinusConstantColor | Factor::OneMinusConstantAlpha => 1.0 - k,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{AlphaTest, Compare};
+
+    const S: [f64; 4] = [0.2, 0.4, 0.6, 0.5];
+    const D: [f64; 4] = [0.5, 0.25, 0.125, 0.75];
+    const K: [f64; 4] = [0.1, 0.3, 0.5, 0.7];
+
+    fn close(a: [f64; 4], b: [f64; 4]) {
+        assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-12), "{a:?} is not {b:?}");
+    }
+
+    fn run(function: BlendFunction) -> [f64; 4] {
+        blend(&OpenGl { blend_constant: K, ..OpenGl::default().with_blend(function) }, S, D)
+    }
+
+    #[test]
+    fn every_factor_is_opengls() {
+        // The table of factors in the specification, worked out by hand for the numbers above.
+        let table: [(Factor, [f64; 4]); 15] = [
+            (Factor::Zero, [0.0; 4]),
+            (Factor::One, [1.0; 4]),
+            (Factor::SrcColor, S),
+            (Factor::OneMinusSrcColor, [0.8, 0.6, 0.4, 0.5]),
+            (Factor::DstColor, D),
+            (Factor::OneMinusDstColor, [0.5, 0.75, 0.875, 0.25]),
+            (Factor::SrcAlpha, [0.5; 4]),
+            (Factor::OneMinusSrcAlpha, [0.5; 4]),
+            (Factor::DstAlpha, [0.75; 4]),
+            (Factor::OneMinusDstAlpha, [0.25; 4]),
+            (Factor::ConstantColor, K),
+            (Factor::OneMinusConstantColor, [0.9, 0.7, 0.5, 0.3]),
+            (Factor::ConstantAlpha, [0.7; 4]),
+            (Factor::OneMinusConstantAlpha, [0.3; 4]),
+            (Factor::SrcAlphaSaturate, [0.25, 0.25, 0.25, 1.0]),
+        ];
+        assert_eq!(table.map(|t| t.0), Factor::ALL);
+        for (factor, f) in table {
+            close(run(BlendFunction::add(factor, Factor::Zero)), [S[0] * f[0], S[1] * f[1], S[2] * f[2], S[3] * f[3]]);
+            close(run(BlendFunction::add(Factor::Zero, factor)), [D[0] * f[0], D[1] * f[1], D[2] * f[2], D[3] * f[3]]);
+        }
+    }
+
+    #[test]
+    fn every_equation_is_opengls() {
+        let with = |equation| run(BlendFunction { equation, source: Factor::SrcAlpha, destination: Factor::One });
+        close(with(Equation::Add), [0.6, 0.45, 0.425, 1.0]);
+        close(with(Equation::Subtract), [-0.4, -0.05, 0.175, -0.5]);
+        close(with(Equation::ReverseSubtract), [0.4, 0.05, -0.175, 0.5]);
+        close(with(Equation::Min), [0.2, 0.25, 0.125, 0.5]);
+        close(with(Equation::Max), [0.5, 0.4, 0.6, 0.75]);
+    }
+
+    #[test]
+    fn fixed_point_rounds_to_the_nearest_level() {
+        type Eight = Unorm<255>;
+        assert_eq!(Eight::store(0.4999 / 255.0), 0.0);
+        assert_eq!(Eight::store(0.5001 / 255.0), 1.0);
+        assert_eq!((Eight::store(-3.0), Eight::store(7.0)), (0.0, 255.0));
+        assert_eq!(Eight::fragment(0.3, FragmentBits::Framebuffer), 77.0 / 255.0);
+        assert_eq!(Eight::fragment(0.3, FragmentBits::Float), f64::from(0.3f32));
+        for level in 0..=65535u16 {
+            assert_eq!(Unorm::<65535>::store(Unorm::<65535>::load(f32::from(level))), f32::from(level));
+        }
+    }
+
+    #[test]
+    fn over_in_8_bits_is_exact_for_every_pair_of_levels() {
+        let state = OpenGl::default();
+        for s in 0..=255u32 {
+            for d in 0..=255u32 {
+                let number = |level: u32| f64::from(level) / 255.0;
+                let out = blend(&state, [number(s); 4], [number(d); 4])[0];
+                // s + d (255 - s) / 255 in whole numbers, rounded to nearest.
+                let exact = (2 * (s * 255 + d * (255 - s)) + 255) / 510;
+                assert_eq!(Unorm::<255>::store(out), exact as f32, "{s} over {d}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_float_framebuffer_never_holds_a_nan() {
+        let state = OpenGl::default().with_blend(BlendFunction::add(Factor::One, Factor::DstColor));
+        let shrink = OpenGl::default().with_blend(BlendFunction {
+            equation: Equation::ReverseSubtract,
+            source: Factor::One,
+            destination: Factor::OneMinusDstColor,
+        });
+        for state in [state, shrink] {
+            let mut pixel = [2.0f32; 4];
+            for _ in 0..200 {
+                pixel = blend(&state, [1.0; 4], pixel.map(Float::load)).map(Float::store);
+                assert!(pixel.iter().all(|c| c.is_finite()), "{pixel:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_alpha_test_compares_levels() {
+        let with = |compare| OpenGl { alpha_test: Some(AlphaTest { compare, reference: 0.5 }), ..OpenGl::default() };
+        // 0.5 is level 128 of 255, and so is 0.501.
+        let alpha = Unorm::<255>::fragment(0.501, FragmentBits::Framebuffer);
+        assert!(alpha_passes::<Unorm<255>>(&with(Compare::Equal), alpha));
+        assert!(!alpha_passes::<Unorm<255>>(&with(Compare::Greater), alpha));
+        assert!(alpha_passes::<Float>(&with(Compare::Greater), f64::from(0.501f32)));
+        assert!(!alpha_passes::<Float>(&with(Compare::Never), 1.0));
+    }
+}
