@@ -3,10 +3,12 @@
 use crate::fragment::{Frame, FrameFog};
 use crate::lanes::Level;
 use crate::opengl;
-use crate::plan::{self, Layout, Needs, Scaling};
+use crate::plan::{self, Layout, Needs, Scaling, Slab};
 use crate::proxy::Stack;
 use crate::raster::{BlockMask, Counters, Occupancy, Resolve, Watch, Work, render_tiles};
-use crate::scene::{Blend, Classification, Fog, FogWeighting, OpenGl, Premultiplied, Scene, Slicing, TransferFunction, View};
+use crate::scene::{
+    Blend, Classification, Ends, Fog, FogWeighting, OpenGl, Premultiplied, SampleAt, Scene, SlabForm, Slicing, TransferFunction, View,
+};
 use crate::target::Picture;
 use crate::tolerance;
 use crate::volume::bricks::Bricks;
@@ -56,7 +58,7 @@ struct VolumeData {
 /// What depends on the volume, the transfer function and the thickness of a slab.
 struct TransferData {
     transfer: TransferFunction,
-    ratio: f64,
+    slab: Slab,
     layout: Layout,
     table: crate::lanes::LookupTable,
     occupancy: Occupancy,
@@ -109,15 +111,15 @@ impl<'v> Renderer<'v> {
 
     /// As [`Renderer::render_watched`], on the current thread pool.
     fn render_here<W: Watch>(&mut self, scene: &Scene) -> Result<(Picture, RenderStats, W)> {
+        if scene.method().is_pre_integrated() || scene.method().extrapolate {
+            return Err(Error::invalid("this method is not offered yet"));
+        }
         if self.settings.tile == Some(0) {
             return Err(Error::invalid("tile 0: a tile has at least one pixel"));
         }
         if let Some(state) = scene.opengl() {
             let (picture, stats) = self.draw(scene, state)?;
             return Ok((picture, stats, W::default()));
-        }
-        if scene.method() != crate::scene::Method::default() {
-            return Err(Error::invalid("this method is not offered yet"));
         }
         let mut clock = Clock { start: Instant::now(), prepare_seconds: 0.0 };
         let volume = self.volume;
@@ -297,10 +299,11 @@ impl<'v> Renderer<'v> {
         let transfer_data = clock.prepare(|| {
             let unit = scene.opacity_unit().unwrap_or_else(|| volume.grid().smallest_spacing());
             let ratio = if stack.is_empty() { 1.0 } else { stack.spacing / unit };
+            let slab = Slab { ratio, form: plan::method(scene).slab };
             let kept = self.transfer_data.take().filter(|t| t.transfer == *scene.transfer());
             self.transfer_data.insert(match kept {
-                Some(kept) if kept.ratio == ratio => kept,
-                kept => prepare_transfer(scene.transfer(), ratio, volume, bricks, kept),
+                Some(kept) if kept.slab == slab => kept,
+                kept => prepare_transfer(scene.transfer(), slab, volume, bricks, kept),
             })
         });
         let (frame, split) = make_frame(scene, volume, packed.as_ref(), scaling, transfer_data, terminate);
@@ -316,6 +319,8 @@ impl<'v> Renderer<'v> {
             whole: stages.whole,
             partial: stages.partial,
             start: start_values(scene.blend()),
+            whole_ends: needs.method.ends == Ends::Whole,
+            sample: if needs.method.sample == SampleAt::End { 0.5 } else { 0.0 },
         };
         let resolve = Resolve {
             blend: scene.blend(),
@@ -326,6 +331,7 @@ impl<'v> Renderer<'v> {
             scale: scaling.scale,
             offset: scaling.offset,
             low: f64::from(frame.table_low),
+            bounded: needs.method.slab == SlabForm::Exponential,
         };
         let mut counters = Counters::default();
         if stack.is_empty() {
@@ -427,18 +433,18 @@ fn slice_count(slicing: Slicing, volume: &Volume, view: &View) -> Result<u64> {
     })
 }
 
-/// Table and occupancy of a transfer function for slabs `ratio` reference lengths thick.
+/// Table and occupancy of a transfer function for slabs like `slab`.
 ///
 /// What `kept` holds for another thickness serves again where it does not depend on it.
-fn prepare_transfer(transfer: &TransferFunction, ratio: f64, volume: &Volume, bricks: &Bricks, kept: Option<TransferData>) -> TransferData {
+fn prepare_transfer(transfer: &TransferFunction, slab: Slab, volume: &Volume, bricks: &Bricks, kept: Option<TransferData>) -> TransferData {
     let (slope, intercept) = volume.rescale();
     let value = |stored: f64| stored * slope + intercept;
     // In the order of the data's units, whatever the sign of the slope.
     let sorted = |lo: f64, hi: f64| if slope < 0.0 { (value(hi), value(lo)) } else { (value(lo), value(hi)) };
     let (min, max) = bricks.range;
     let range = if min <= max { sorted(min, max) } else { (0.0, 0.0) };
-    let layout = Layout::new(transfer, range, ratio);
-    let table = layout.table(transfer, ratio);
+    let layout = Layout::new(transfer, range, slab);
+    let table = layout.table(transfer, slab);
     let occupancy = match kept.filter(|k| k.layout == layout) {
         Some(kept) => kept.occupancy,
         None => Occupancy::new(bricks, volume.grid().dims(), |lo, hi| {
@@ -446,7 +452,7 @@ fn prepare_transfer(transfer: &TransferFunction, ratio: f64, volume: &Volume, br
             layout.opaque_within(lo, hi)
         }),
     };
-    TransferData { transfer: transfer.clone(), ratio, layout, table, occupancy }
+    TransferData { transfer: transfer.clone(), slab, layout, table, occupancy }
 }
 
 /// Constants of the frame, and whether the table's scale has to be applied in two steps.

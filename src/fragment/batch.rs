@@ -68,6 +68,8 @@ pub(crate) struct PixelBlock {
     pub(crate) color: [[f32; BATCH]; 3],
     /// Transmittance left; projections keep the path length so far.
     pub(crate) transmittance: [f32; BATCH],
+    /// What rounding has added to red, green, blue and transmittance so far: for compensated sums.
+    pub(crate) excess: [[f32; BATCH]; 4],
     /// Pixels whose coverage the ray's interval leaves in doubt, one bit each: edge functions decide slice by slice.
     pub(crate) doubt: u64,
     /// Whether any pixel still takes light. Blending stages keep it up to date.
@@ -154,6 +156,7 @@ impl Batch {
                 plane_squared: [0.0; BATCH],
                 color: [[0.0; BATCH]; 3],
                 transmittance: [1.0; BATCH],
+                excess: [[0.0; BATCH]; 4],
                 doubt: 0,
                 alive: true,
             },

@@ -26,6 +26,7 @@ pub(crate) struct Beams<'s> {
     stack: &'s Stack,
     sides: Vec<Side>,
     radial: bool,
+    whole_ends: bool,
 }
 
 /// Slices that matter to a block.
@@ -44,8 +45,8 @@ impl BlockRange {
 }
 
 impl<'s> Beams<'s> {
-    /// Prepares `stack`; `radial` asks for the distances that radial fog needs.
-    pub(crate) fn new(stack: &'s Stack, radial: bool) -> Self {
+    /// Prepares `stack`; `radial` asks for the distances that radial fog needs, `whole_ends` for outer slabs that are whole.
+    pub(crate) fn new(stack: &'s Stack, radial: bool, whole_ends: bool) -> Self {
         let (w, h) = (f64::from(stack.view.width), f64::from(stack.view.height));
         let far = stack.far.abs().max(stack.near.abs());
         let sides = stack
@@ -57,7 +58,7 @@ impl<'s> Beams<'s> {
                 Side { a: s.a, b: s.b, c: s.c, g: s.g, error: size * 1e-14 }
             })
             .collect();
-        Self { stack, sides, radial }
+        Self { stack, sides, radial, whole_ends }
     }
 
     /// Fills `pixels` for the block whose first pixel is (x0,y0). `inside(i)` tells which lanes belong to the picture and tile.
@@ -87,7 +88,9 @@ impl<'s> Beams<'s> {
                 continue;
             }
             (pixels.first[i], pixels.last[i]) = (first as i32, last as i32);
-            if first == last {
+            if self.whole_ends {
+                (pixels.first_length[i], pixels.last_length[i]) = (1.0, 1.0);
+            } else if first == last {
                 let length = (ray.exit - ray.entry) as f32;
                 (pixels.first_length[i], pixels.last_length[i]) = (length, length);
             } else {

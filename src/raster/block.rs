@@ -25,6 +25,10 @@ pub(crate) struct Work<'f, 'v> {
     pub(crate) partial: Vec<Stage<'v>>,
     /// Values pixels start from: colour channels, then transmittance.
     pub(crate) start: [f32; 4],
+    /// Whether the outermost fragments stand for whole slabs.
+    pub(crate) whole_ends: bool,
+    /// Where in its slab a value is taken, in slabs from its middle.
+    pub(crate) sample: f64,
 }
 
 /// What was done and what was not, in whole numbers that any number of threads adds up to the same.
@@ -140,6 +144,7 @@ pub(crate) fn render<W: Watch>(
     let [red, green, blue, transmittance] = work.start;
     batch.pixels.color = [[red; BATCH], [green; BATCH], [blue; BATCH]];
     batch.pixels.transmittance = [transmittance; BATCH];
+    batch.pixels.excess = [[0.0; BATCH]; 4];
     batch.pixels.alive = true;
     if range.any.0 > range.any.1 {
         counters.missed_blocks += 1;
@@ -178,7 +183,7 @@ impl<W: Watch> March<'_, '_, '_, W> {
         }
         let mut visible = visible;
         if let (Some(occupancy), false) = (self.work.occupancy, visible) {
-            let (lo, hi) = self.placing.bounds(self.work.stack.depth(from as u64), self.work.stack.depth(to as u64 - 1));
+            let (lo, hi) = self.placing.bounds(self.sampled(from), self.sampled(to - 1));
             match occupancy.content(lo, hi) {
                 Content::Empty => {
                     self.counters.empty += (to - from) as u64;
@@ -215,8 +220,14 @@ impl<W: Watch> March<'_, '_, '_, W> {
         }
     }
 
+    /// Depth at which slice `k` takes its values.
+    fn sampled(&self, k: i64) -> f64 {
+        self.work.stack.depth(k as u64) + self.work.sample * self.work.stack.spacing
+    }
+
     /// One slice through the stages.
     fn slice(&mut self, k: i64) {
+        let sampled = self.sampled(k);
         let (work, batch) = (self.work, &mut *self.batch);
         let depth = work.stack.depth(k as u64);
         batch.slice = k as i32;
@@ -224,7 +235,7 @@ impl<W: Watch> March<'_, '_, '_, W> {
         if let Some(fog) = work.fog {
             batch.fog = fog.factor(depth) as f32;
         }
-        self.placing.place(depth, work.frame, batch);
+        self.placing.place(sampled, work.frame, batch);
         self.watch.slice(work.frame, batch);
         self.counters.batches += 1;
         self.counters.fetches += BATCH as u64;

@@ -83,7 +83,7 @@ pub(crate) fn render_tiles<W: Watch>(
     blocks: Option<&BlockMask>,
     progress: Option<&dyn Progress>,
 ) -> Result<(Counters, W)> {
-    let beams = Beams::new(work.stack, work.fog.is_some_and(|f| f.distance() == FogDistance::Radial));
+    let beams = Beams::new(work.stack, work.fog.is_some_and(|f| f.distance() == FogDistance::Radial), work.whole_ends);
     let mut tiles = cut(pixels, work.stack.view.width as usize, side as usize);
     let (total, done, stopped) = (tiles.len() as u64, AtomicU64::new(0), AtomicBool::new(false));
     let seen = tiles

@@ -126,7 +126,7 @@ fn check((stack, grid, planes): &(Stack, Grid, Vec<ClipPlane>), seen: &mut Seen)
     if stack.is_empty() {
         return;
     }
-    let beams = Beams::new(stack, false);
+    let beams = Beams::new(stack, false, false);
     let (width, height) = (stack.view.width, stack.view.height);
     let mut batch = Batch::new();
     for y0 in (0..height).step_by(SIDE) {
