@@ -1,6 +1,6 @@
 //! Framebuffers of three depths, and the blend function between a fragment and what is there.
 
-use crate::scene::{BlendFunction, Equation, Factor, FragmentBits, OpenGl};
+use crate::scene::{Arithmetic, BlendFunction, Equation, Factor, OpenGl};
 
 /// The numbers of a framebuffer. A pixel's component is one f32: the number itself, or its level.
 pub(super) trait Framebuffer {
@@ -8,8 +8,13 @@ pub(super) trait Framebuffer {
     fn load(stored: f32) -> f64;
     /// A number after blending, as it is stored.
     fn store(number: f64) -> f32;
+    /// A number within blending, rounded as the arithmetic has it.
+    fn round(number: f64, arithmetic: Arithmetic) -> f64;
     /// A component of a fragment on its way into blending, clamped to `[0,1]`.
-    fn fragment(number: f32, bits: FragmentBits) -> f64;
+    #[inline(always)]
+    fn fragment(number: f32, arithmetic: Arithmetic) -> f64 {
+        Self::round(f64::from(number.clamp(0.0, 1.0)), arithmetic)
+    }
 }
 
 /// Fixed point of `LEVELS` + 1 levels from 0 to 1: 255 for 8 bits, 65535 for 16. A component is kept as its level.
@@ -29,10 +34,10 @@ impl<const LEVELS: u32> Framebuffer for Unorm<LEVELS> {
     }
 
     #[inline(always)]
-    fn fragment(number: f32, bits: FragmentBits) -> f64 {
-        match bits {
-            FragmentBits::Framebuffer => Self::load(Self::store(f64::from(number))),
-            FragmentBits::Float => f64::from(number.clamp(0.0, 1.0)),
+    fn round(number: f64, arithmetic: Arithmetic) -> f64 {
+        match arithmetic {
+            Arithmetic::Fixed => Self::load(Self::store(number)),
+            Arithmetic::Float => number,
         }
     }
 }
@@ -53,42 +58,36 @@ impl Framebuffer for Float {
     }
 
     #[inline(always)]
-    fn fragment(number: f32, _: FragmentBits) -> f64 {
-        f64::from(number.clamp(0.0, 1.0))
+    fn round(number: f64, _: Arithmetic) -> f64 {
+        number
     }
 }
 
 /// Whether a fragment of opacity `alpha` passes the alpha test. The reference is a number of the framebuffer, as alpha is.
 #[inline(always)]
 pub(super) fn alpha_passes<F: Framebuffer>(state: &OpenGl, alpha: f64) -> bool {
-    state.alpha_test.is_none_or(|test| test.compare.passes(alpha, F::fragment(test.reference as f32, state.fragment_bits)))
+    state.alpha_test.is_none_or(|test| test.compare.passes(alpha, F::fragment(test.reference as f32, state.arithmetic)))
 }
 
 /// Fragment `s` blended with pixel `d`, both as numbers.
 #[inline(always)]
-pub(super) fn blend(state: &OpenGl, s: [f64; 4], d: [f64; 4]) -> [f64; 4] {
-    let k = &state.blend_constant;
-    let color = |c: usize| combine(&state.blend, s[c], d[c], |factor| color_factor(factor, c, &s, &d, k));
-    let (a, d3) = (s[3], d[3]);
-    [color(0), color(1), color(2), combine(&state.blend_alpha, a, d3, |factor| alpha_factor(factor, a, d3, k[3]))]
+pub(super) fn blend<F: Framebuffer>(state: &OpenGl, s: [f64; 4], d: [f64; 4]) -> [f64; 4] {
+    let round = |number: f64| F::round(number, state.arithmetic);
+    let constant = state.blend_constant.map(round);
+    let k = &constant;
+    let color = |c: usize| combine(&state.blend, s[c], d[c], round, |factor| color_factor(factor, c, &s, &d, k));
+    let alpha = combine(&state.blend_alpha, s[3], d[3], round, |factor| alpha_factor(factor, s[3], d[3], k[3]));
+    [color(0), color(1), color(2), alpha]
 }
 
 #[inline(always)]
-fn combine(function: &BlendFunction, s: f64, d: f64, factor: impl Fn(Factor) -> f64) -> f64 {
-    let weighted = || (s * factor(function.source), d * factor(function.destination));
+fn combine(function: &BlendFunction, s: f64, d: f64, round: impl Fn(f64) -> f64, factor: impl Fn(Factor) -> f64) -> f64 {
+    let source = || round(s * factor(function.source));
+    let destination = || round(d * factor(function.destination));
     match function.equation {
-        Equation::Add => {
-            let (s, d) = weighted();
-            s + d
-        }
-        Equation::Subtract => {
-            let (s, d) = weighted();
-            s - d
-        }
-        Equation::ReverseSubtract => {
-            let (s, d) = weighted();
-            d - s
-        }
+        Equation::Add => source() + destination(),
+        Equation::Subtract => source() - destination(),
+        Equation::ReverseSubtract => destination() - source(),
         Equation::Min => s.min(d),
         Equation::Max => s.max(d),
     }
@@ -143,7 +142,7 @@ mod tests {
     }
 
     fn run(function: BlendFunction) -> [f64; 4] {
-        blend(&OpenGl { blend_constant: K, ..OpenGl::default().with_blend(function) }, S, D)
+        blend::<Float>(&OpenGl { blend_constant: K, ..OpenGl::default().with_blend(function) }, S, D)
     }
 
     #[test]
@@ -189,23 +188,31 @@ mod tests {
         assert_eq!(Eight::store(0.4999 / 255.0), 0.0);
         assert_eq!(Eight::store(0.5001 / 255.0), 1.0);
         assert_eq!((Eight::store(-3.0), Eight::store(7.0)), (0.0, 255.0));
-        assert_eq!(Eight::fragment(0.3, FragmentBits::Framebuffer), 77.0 / 255.0);
-        assert_eq!(Eight::fragment(0.3, FragmentBits::Float), f64::from(0.3f32));
+        assert_eq!(Eight::fragment(0.3, Arithmetic::Fixed), 77.0 / 255.0);
+        assert_eq!(Eight::fragment(0.3, Arithmetic::Float), f64::from(0.3f32));
         for level in 0..=65535u16 {
             assert_eq!(Unorm::<65535>::store(Unorm::<65535>::load(f32::from(level))), f32::from(level));
         }
     }
 
     #[test]
-    fn over_in_8_bits_is_exact_for_every_pair_of_levels() {
-        let state = OpenGl::default();
-        for s in 0..=255u32 {
-            for d in 0..=255u32 {
-                let number = |level: u32| f64::from(level) / 255.0;
-                let out = blend(&state, [number(s); 4], [number(d); 4])[0];
-                // s + d (255 - s) / 255 in whole numbers, rounded to nearest.
-                let exact = (2 * (s * 255 + d * (255 - s)) + 255) / 510;
-                assert_eq!(Unorm::<255>::store(out), exact as f32, "{s} over {d}");
+    fn blending_in_8_bits_is_exact_for_every_level() {
+        let number = |level: u32| f64::from(level) / 255.0;
+        let nearest = |numerator: u32| (2 * numerator + 255) / 510;
+        let straight = OpenGl::straight();
+        let float = OpenGl { arithmetic: Arithmetic::Float, ..straight };
+        for a in (0..=255u32).step_by(3) {
+            for s in (0..=255u32).step_by(5) {
+                for d in 0..=255u32 {
+                    let run =
+                        |state: &OpenGl, s: [u32; 4]| Unorm::<255>::store(blend::<Unorm<255>>(state, s.map(number), [number(d); 4])[0]);
+                    // In whole numbers: each product to the nearest level; the sum to the nearest level.
+                    let products = nearest(s * a) + nearest(d * (255 - a));
+                    assert_eq!(run(&straight, [s, s, s, a]), products.min(255) as f32, "{s} with {a} onto {d}");
+                    assert_eq!(run(&float, [s, s, s, a]), nearest(s * a + d * (255 - a)) as f32, "{s} with {a} onto {d}");
+                    // A premultiplied colour has one product alone.
+                    assert_eq!(run(&OpenGl::default(), [s.min(a), s, s, a]), (s.min(a) + nearest(d * (255 - a))).min(255) as f32);
+                }
             }
         }
     }
@@ -221,7 +228,7 @@ mod tests {
         for state in [state, shrink] {
             let mut pixel = [2.0f32; 4];
             for _ in 0..200 {
-                pixel = blend(&state, [1.0; 4], pixel.map(Float::load)).map(Float::store);
+                pixel = blend::<Float>(&state, [1.0; 4], pixel.map(Float::load)).map(Float::store);
                 assert!(pixel.iter().all(|c| c.is_finite()), "{pixel:?}");
             }
         }
@@ -231,7 +238,7 @@ mod tests {
     fn the_alpha_test_compares_levels() {
         let with = |compare| OpenGl { alpha_test: Some(AlphaTest { compare, reference: 0.5 }), ..OpenGl::default() };
         // 0.5 is level 128 of 255, and so is 0.501.
-        let alpha = Unorm::<255>::fragment(0.501, FragmentBits::Framebuffer);
+        let alpha = Unorm::<255>::fragment(0.501, Arithmetic::Fixed);
         assert!(alpha_passes::<Unorm<255>>(&with(Compare::Equal), alpha));
         assert!(!alpha_passes::<Unorm<255>>(&with(Compare::Greater), alpha));
         assert!(alpha_passes::<Float>(&with(Compare::Greater), f64::from(0.501f32)));

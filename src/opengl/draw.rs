@@ -153,9 +153,9 @@ impl Pipeline<'_> {
             if let (Some(fog), Some((factor, mix))) = (self.fog, &slice.fog) {
                 color = mix.apply(factor.factor(fog, &self.stack.view, wx, wy), color);
             }
-            let fragment = color.map(|c| F::fragment(c, state.fragment_bits));
+            let fragment = color.map(|c| F::fragment(c, state.arithmetic));
             if alpha_passes::<F>(state, fragment[3]) {
-                *pixel = blend(state, fragment, pixel.map(F::load)).map(F::store);
+                *pixel = blend::<F>(state, fragment, pixel.map(F::load)).map(F::store);
             }
         }
     }

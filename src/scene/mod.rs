@@ -22,7 +22,7 @@ pub use file::{Key, KeyKind, Overrides, SceneFile, keys, schema};
 pub use fog::{Fog, FogDistance, FogMode, FogWeighting};
 pub use method::{Accumulation, Classification, Ends, Filter, Method, SampleAt, SlabForm, Target};
 pub use opengl::{
-    AlphaTest, BlendFunction, Compare, Environment, Equation, Factor, FogEvaluation, FragmentBits, OpenGl, Scissor, TableColors,
+    AlphaTest, Arithmetic, BlendFunction, Compare, Environment, Equation, Factor, FogEvaluation, OpenGl, Scissor, TableColors,
     TextureFormat, Wrap,
 };
 pub use preset::Preset;

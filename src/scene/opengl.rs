@@ -60,13 +60,14 @@ pub enum FogEvaluation {
     Vertex,
 }
 
-/// Precision of a fragment's colour on its way into a fixed-point framebuffer.
+/// Numbers that fragments are blended in on their way into a fixed-point framebuffer. A float framebuffer has floats anyway.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum FragmentBits {
-    /// Rounded to the framebuffer's own levels before alpha test and blending, as OpenGL 1.x describes.
+pub enum Arithmetic {
+    /// The framebuffer's own levels: the fragment is rounded to them before alpha test and blending, and so is each product of a
+    /// colour and a factor. OpenGL 1.x describes fragments as fixed-point numbers; Mesa's driver for the CPU computes so.
     #[default]
-    Framebuffer,
-    /// Not rounded before blending, as newer hardware does.
+    Fixed,
+    /// Floats, rounded once, when the result is stored: newer hardware.
     Float,
 }
 
@@ -243,8 +244,8 @@ pub struct OpenGl {
     pub fog_evaluation: FogEvaluation,
     /// Discards fragments by their alpha.
     pub alpha_test: Option<AlphaTest>,
-    /// Precision of fragments before they are blended.
-    pub fragment_bits: FragmentBits,
+    /// Numbers that fragments are blended in.
+    pub arithmetic: Arithmetic,
     /// How red, green and blue are blended.
     pub blend: BlendFunction,
     /// How alpha is blended.
@@ -270,7 +271,7 @@ impl Default for OpenGl {
             primary: [1.0; 4],
             fog_evaluation: FogEvaluation::Fragment,
             alpha_test: None,
-            fragment_bits: FragmentBits::Framebuffer,
+            arithmetic: Arithmetic::Fixed,
             blend: BlendFunction::OVER,
             blend_alpha: BlendFunction::OVER,
             blend_constant: [0.0; 4],

@@ -84,9 +84,10 @@ impl Case {
         })
     }
 
+    /// Pre-classified, in few slices: Mesa rounds each filtered colour to 8 bits, and what it rounds off adds up over slices.
     fn pre(mut self) -> Self {
         self.classification = Classification::Pre;
-        self
+        self.map(|s| s.with_slices(Slicing::Count(8)).unwrap())
     }
 
     fn filter(mut self, filter: Filter) -> Self {
@@ -100,8 +101,10 @@ impl Case {
         self.map(|s| s.with_camera(camera))
     }
 
+    /// Literal fog. Onto premultiplied colours it is dark, so that slices of nothing but fog do not add up to more than white.
     fn fog(self, mode: FogMode, distance: FogDistance) -> Self {
-        let fog = Fog::new(mode, [0.9, 0.5, 0.2]).unwrap().with_distance(distance).with_weighting(FogWeighting::Literal);
+        let color = if self.state.table_colors == TableColors::Straight { [0.88, 0.51, 0.22] } else { [0.035, 0.02, 0.01] };
+        let fog = Fog::new(mode, color).unwrap().with_distance(distance).with_weighting(FogWeighting::Literal);
         self.map(|s| s.with_fog(Some(fog)))
     }
 
@@ -150,7 +153,7 @@ fn smooth() -> TransferFunction {
 
 /// The scene that others change: smooth bytes, an oblique view in perspective, premultiplied over.
 fn base(group: &'static str, name: impl Into<String>) -> Case {
-    let scene = Scene::new(smooth()).with_size(96, 80).unwrap().with_slices(Slicing::Count(24)).unwrap().with_order(Order::BackToFront);
+    let scene = Scene::new(smooth()).with_size(128, 104).unwrap().with_slices(Slicing::Count(24)).unwrap().with_order(Order::BackToFront);
     let back = Straight { rgb: [0.2, 0.3, 0.4], alpha: 0.5 };
     Case {
         group,
@@ -312,7 +315,7 @@ fn matrices(list: &mut Vec<Case>) {
         m
     };
     let flat = DMat4::from_cols(DVec4::X, DVec4::Y, DVec4::ZERO, DVec4::new(0.0, 0.0, 0.37, 1.0));
-    let point = DMat4::from_cols(DVec4::ZERO, DVec4::ZERO, DVec4::ZERO, DVec4::new(0.3, 0.6, 0.45, 1.0));
+    let point = DMat4::from_cols(DVec4::ZERO, DVec4::ZERO, DVec4::ZERO, DVec4::new(0.31, 0.62, 0.47, 1.0));
     let all = [
         ("scale", DMat4::from_scale(DVec3::new(0.5, 0.8, 0.3))),
         ("rotation", centred(turn)),
@@ -343,7 +346,9 @@ fn blends(list: &mut Vec<Case>) {
     }
     for equation in Equation::ALL {
         let function = BlendFunction { equation, source: Factor::SrcAlpha, destination: Factor::OneMinusSrcAlpha };
-        list.push(b(format!("equation {equation:?}")).straight().state(|s| *s = s.with_blend(function)));
+        // Over a dark background: a difference changes its sign from slice to slice, and with it what lies behind.
+        let dark = |s: Scene| s.with_background(Straight { rgb: [0.2, 0.1, 0.3], alpha: 0.1 }).unwrap();
+        list.push(b(format!("equation {equation:?}")).straight().map(dark).state(|s| *s = s.with_blend(function)));
     }
     list.push(b("maximum intensity".into()).state(|s| {
         *s = s.with_blend(BlendFunction { equation: Equation::Max, source: Factor::One, destination: Factor::One });
@@ -395,7 +400,9 @@ fn operations(list: &mut Vec<Case>) {
 fn depths(list: &mut Vec<Case>) {
     let thin = TransferFunction::new(smooth().color().to_vec(), vec![(20.0, 0.0), (120.0, 0.03), (240.0, 0.06)]).unwrap();
     for count in [1, 2, 64, 256] {
-        let many = |s: Scene| s.with_slices(Slicing::Count(count)).unwrap().with_transfer(thin.clone());
+        // The same opacity for each slice, however many there are.
+        let unit = 40.0 / count as f64;
+        let many = |s: Scene| s.with_slices(Slicing::Count(count)).unwrap().with_transfer(thin.clone()).with_opacity_unit(unit).unwrap();
         list.push(base("number of slices", format!("{count} slices of low alpha")).map(many));
         list.push(base("number of slices", format!("{count} slices of low alpha, straight")).straight().map(many));
         list.push(base("number of slices", format!("{count} slices of low alpha, pre-classified")).pre().map(many));

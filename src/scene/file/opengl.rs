@@ -4,7 +4,7 @@ use super::build::Builder;
 use super::keys::{FilterKey, ProfileKey, choices};
 use crate::Result;
 use crate::scene::{
-    AlphaTest, BlendFunction, Compare, Environment, Equation, Factor, Filter, FogEvaluation, FragmentBits, OpenGl, Scissor, TextureFormat,
+    AlphaTest, Arithmetic, BlendFunction, Compare, Environment, Equation, Factor, Filter, FogEvaluation, OpenGl, Scissor, TextureFormat,
     Wrap,
 };
 use glam::{DMat4, DVec4};
@@ -46,8 +46,8 @@ pub(super) struct OpenGlKeys {
     pub alpha_test: Option<CompareKey>,
     /// What alpha is compared with, 0 to 1; 0 unless given.
     pub alpha_reference: Option<f64>,
-    /// Precision of fragments before they are blended: framebuffer (rounded to its levels, the default) or float.
-    pub fragment_bits: Option<FragmentBitsKey>,
+    /// Numbers that fragments are blended in: fixed (levels of the framebuffer, the default) or float (rounded once, at the end).
+    pub blend_arithmetic: Option<ArithmeticKey>,
     /// How products of colours and factors combine; add unless given.
     pub blend_equation: Option<EquationKey>,
     /// Factor of the fragment's colour; one unless given, with a straight table src-alpha.
@@ -73,7 +73,7 @@ choices! {
     EnvironmentKey { Replace, Modulate }
     FogEvaluationKey { Fragment, Vertex }
     CompareKey { Never, Less, Equal, Lequal, Greater, Notequal, Gequal, Always }
-    FragmentBitsKey { Framebuffer, Float }
+    ArithmeticKey { Fixed, Float }
     EquationKey { Add, Subtract, ReverseSubtract, Min, Max }
     FactorKey {
         Zero, One, SrcColor, OneMinusSrcColor, DstColor, OneMinusDstColor, SrcAlpha, OneMinusSrcAlpha, DstAlpha, OneMinusDstAlpha,
@@ -186,7 +186,7 @@ impl Builder<'_> {
                 FogEvaluation::Fragment
             },
             alpha_test: self.alpha_test()?,
-            fragment_bits: if k.fragment_bits == Some(FragmentBitsKey::Float) { FragmentBits::Float } else { FragmentBits::Framebuffer },
+            arithmetic: if k.blend_arithmetic == Some(ArithmeticKey::Float) { Arithmetic::Float } else { Arithmetic::Fixed },
             blend,
             blend_alpha: alpha,
             blend_constant: k.blend_color.unwrap_or(usual.blend_constant),
