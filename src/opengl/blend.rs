@@ -66,13 +66,13 @@ impl Framebuffer for Float {
 /// Whether a fragment of opacity `alpha` passes the alpha test. The reference is a number of the framebuffer, as alpha is.
 #[inline(always)]
 pub(super) fn alpha_passes<F: Framebuffer>(state: &OpenGl, alpha: f64) -> bool {
-    state.alpha_test.is_none_or(|test| test.compare.passes(alpha, F::fragment(test.reference as f32, state.arithmetic)))
+    state.alpha_test.is_none_or(|test| test.compare.passes(alpha, F::fragment(test.reference as f32, state.blend_arithmetic)))
 }
 
 /// Fragment `s` blended with pixel `d`, both as numbers.
 #[inline(always)]
 pub(super) fn blend<F: Framebuffer>(state: &OpenGl, s: [f64; 4], d: [f64; 4]) -> [f64; 4] {
-    let round = |number: f64| F::round(number, state.arithmetic);
+    let round = |number: f64| F::round(number, state.blend_arithmetic);
     let constant = state.blend_constant.map(round);
     let k = &constant;
     let color = |c: usize| combine(&state.blend, s[c], d[c], round, |factor| color_factor(factor, c, &s, &d, k));
@@ -200,7 +200,7 @@ mod tests {
         let number = |level: u32| f64::from(level) / 255.0;
         let nearest = |numerator: u32| (2 * numerator + 255) / 510;
         let straight = OpenGl::straight();
-        let float = OpenGl { arithmetic: Arithmetic::Float, ..straight };
+        let float = OpenGl { blend_arithmetic: Arithmetic::Float, ..straight };
         for a in (0..=255u32).step_by(3) {
             for s in (0..=255u32).step_by(5) {
                 for d in 0..=255u32 {

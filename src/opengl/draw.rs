@@ -6,7 +6,7 @@ use super::fog::{Mix, SliceFog};
 use super::table::Table;
 use super::texture::{Sampler, Texel, Texture};
 use crate::proxy::{Edge, Stack};
-use crate::scene::{Environment, Filter, Fog, OpenGl, Order, Premultiplied, Target};
+use crate::scene::{Arithmetic, Environment, Filter, Fog, OpenGl, Order, Premultiplied, Target};
 use crate::settings::Progress;
 use crate::{Error, Result};
 use rayon::prelude::*;
@@ -143,6 +143,7 @@ impl Pipeline<'_> {
             };
             let at = coords.at(wx);
             let texel = match filter {
+                Filter::Linear if state.filter_arithmetic == Arithmetic::Fixed => sampler.linear_fixed(at),
                 Filter::Linear => sampler.linear(at),
                 Filter::Nearest => sampler.nearest(at),
             };
@@ -153,7 +154,7 @@ impl Pipeline<'_> {
             if let (Some(fog), Some((factor, mix))) = (self.fog, &slice.fog) {
                 color = mix.apply(factor.factor(fog, &self.stack.view, wx, wy), color);
             }
-            let fragment = color.map(|c| F::fragment(c, state.arithmetic));
+            let fragment = color.map(|c| F::fragment(c, state.blend_arithmetic));
             if alpha_passes::<F>(state, fragment[3]) {
                 *pixel = blend::<F>(state, fragment, pixel.map(F::load)).map(F::store);
             }

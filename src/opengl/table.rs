@@ -1,7 +1,7 @@
 //! The colour table: 256 entries from texture value 0 to 1, the transfer function for one thickness of slab.
 
-use super::texture::Values;
-use crate::scene::{Filter, OpenGl, TableColors, Target, TextureFormat, TransferFunction};
+use super::texture::{Values, fixed_weight, mix_levels};
+use crate::scene::{Arithmetic, Filter, OpenGl, TableColors, Target, TextureFormat, TransferFunction};
 
 /// Entries of the table. Entry i stands at texture value i / 255.
 pub(super) const ENTRIES: usize = 256;
@@ -13,6 +13,8 @@ pub(super) const ENTRIES: usize = 256;
 pub(crate) struct Table {
     entries: Vec<[f32; 4]>,
     filter: Filter,
+    /// The entries' levels, where they are filtered in fixed point.
+    levels: Option<Vec<[u8; 4]>>,
 }
 
 impl Table {
@@ -32,11 +34,14 @@ impl Table {
             };
             let [r, g, b] = color.rgb.map(|c| c * weight);
             [r, g, b, alpha].map(|x| match format {
-                TextureFormat::Unorm8 => (libm::floor(x * 255.0 + 0.5) / 255.0) as f32,
+                TextureFormat::Unorm8 => (libm::round(x * 255.0) / 255.0) as f32,
                 TextureFormat::F32 => x as f32,
             })
         };
-        Self { entries: (0..ENTRIES).map(entry).collect(), filter: state.table_filter }
+        let entries: Vec<[f32; 4]> = (0..ENTRIES).map(entry).collect();
+        let fixed = format == TextureFormat::Unorm8 && state.filter_arithmetic == Arithmetic::Fixed;
+        let levels = fixed.then(|| entries.iter().map(|e| e.map(|c| (c * 255.0 + 0.5) as u8)).collect());
+        Self { entries, filter: state.table_filter, levels }
     }
 
     /// Entry `i`, components in `[0,1]`.
@@ -50,6 +55,10 @@ impl Table {
         match self.filter {
             Filter::Linear => {
                 let i = x as usize;
+                if let Some(levels) = &self.levels {
+                    let (a, b, w) = (&levels[i], &levels[(i + 1).min(ENTRIES - 1)], fixed_weight(x - i as f32));
+                    return std::array::from_fn(|c| f32::from(mix_levels(a[c], b[c], w)) / 255.0);
+                }
                 let (a, b, w) = (&self.entries[i], &self.entries[(i + 1).min(ENTRIES - 1)], x - i as f32);
                 [a[0] + w * (b[0] - a[0]), a[1] + w * (b[1] - a[1]), a[2] + w * (b[2] - a[2]), a[3] + w * (b[3] - a[3])]
             }

@@ -87,7 +87,7 @@ impl Texture {
     /// # Errors
     /// [`Error::Invalid`] when there is no memory for the texels.
     pub(crate) fn new(volume: &Volume, values: &Values, key: &TextureKey) -> Result<Self> {
-        let level = |t: f64| libm::floor(t * 255.0 + 0.5) as u8;
+        let level = |t: f64| libm::round(t * 255.0) as u8;
         Ok(match (key.format, &key.table) {
             (TextureFormat::Unorm8, None) => Self::R8(texels(volume, values, level)?),
             (TextureFormat::F32, None) => Self::R32F(texels(volume, values, |t| t as f32)?),
@@ -131,6 +131,23 @@ pub(super) trait Texel<const C: usize>: Copy + Send + Sync {
     const ONE: f32;
     /// Its components, `ONE` for 1.0.
     fn components(self) -> [f32; C];
+    /// The texel with these components, `ONE` for 1.0, as near as its numbers come.
+    fn nearest_to(components: [f32; C]) -> Self;
+    /// From `self` to `other` by `w` (0 to 1) in fixed point, for texels that have one.
+    fn mix_fixed(self, other: Self, w: f32) -> Self;
+}
+
+/// From `a` to `b` by w/256, rounded to nearest.
+#[inline(always)]
+pub(super) fn mix_levels(a: u8, b: u8, w: u8) -> u8 {
+    let (a, b) = (i32::from(a), i32::from(b));
+    (a + ((i32::from(w) * (b - a) + 128) >> 8)) as u8
+}
+
+/// `w` in steps of 1/256, rounded down.
+#[inline(always)]
+pub(super) fn fixed_weight(w: f32) -> u8 {
+    (w * 256.0) as u8
 }
 
 impl Texel<1> for u8 {
@@ -138,6 +155,13 @@ impl Texel<1> for u8 {
     #[inline(always)]
     fn components(self) -> [f32; 1] {
         [f32::from(self)]
+    }
+    fn nearest_to([c]: [f32; 1]) -> Self {
+        (c + 0.5) as u8
+    }
+    #[inline(always)]
+    fn mix_fixed(self, other: Self, w: f32) -> Self {
+        mix_levels(self, other, fixed_weight(w))
     }
 }
 
@@ -148,6 +172,14 @@ impl Texel<4> for [u8; 4] {
         let [r, g, b, a] = self;
         [f32::from(r), f32::from(g), f32::from(b), f32::from(a)]
     }
+    fn nearest_to(components: [f32; 4]) -> Self {
+        components.map(|c| (c + 0.5) as u8)
+    }
+    #[inline(always)]
+    fn mix_fixed(self, other: Self, w: f32) -> Self {
+        let w = fixed_weight(w);
+        std::array::from_fn(|c| mix_levels(self[c], other[c], w))
+    }
 }
 
 impl Texel<1> for f32 {
@@ -156,6 +188,13 @@ impl Texel<1> for f32 {
     fn components(self) -> [f32; 1] {
         [self]
     }
+    fn nearest_to([c]: [f32; 1]) -> Self {
+        c
+    }
+    #[inline(always)]
+    fn mix_fixed(self, other: Self, w: f32) -> Self {
+        self + w * (other - self)
+    }
 }
 
 impl Texel<4> for [f32; 4] {
@@ -163,6 +202,13 @@ impl Texel<4> for [f32; 4] {
     #[inline(always)]
     fn components(self) -> [f32; 4] {
         self
+    }
+    fn nearest_to(components: [f32; 4]) -> Self {
+        components
+    }
+    #[inline(always)]
+    fn mix_fixed(self, other: Self, w: f32) -> Self {
+        mix(self, other, w)
     }
 }
 
@@ -191,6 +237,14 @@ impl<'t, const C: usize, T: Texel<C>> Sampler<'t, C, T> {
         self.texels[(k * self.dims[1] + j) * self.dims[0] + i].components()
     }
 
+    #[inline(always)]
+    fn stored(&self, i: usize, j: usize, k: usize) -> T {
+        if i == BORDER || j == BORDER || k == BORDER {
+            return T::nearest_to(self.border);
+        }
+        self.texels[(k * self.dims[1] + j) * self.dims[0] + i]
+    }
+
     /// `GL_NEAREST`: the texel that (s,t,p) lies in, components in `[0,1]`.
     pub(super) fn nearest(&self, at: [f64; 3]) -> [f32; C] {
         let i = nearest(at[0], self.dims[0], self.wrap[0]);
@@ -208,6 +262,17 @@ impl<'t, const C: usize, T: Texel<C>> Sampler<'t, C, T> {
         let near = mix(along(j0, k0), along(j1, k0), wt);
         let far = mix(along(j0, k1), along(j1, k1), wt);
         mix(near, far, wp).map(|c| c / T::ONE)
+    }
+
+    /// `GL_LINEAR` in fixed point: weights in steps of 1/256, rounded to 8 bits after each direction. Floats are filtered as ever.
+    pub(super) fn linear_fixed(&self, at: [f64; 3]) -> [f32; C] {
+        let (i0, i1, ws) = around(at[0], self.dims[0], self.wrap[0]);
+        let (j0, j1, wt) = around(at[1], self.dims[1], self.wrap[1]);
+        let (k0, k1, wp) = around(at[2], self.dims[2], self.wrap[2]);
+        let along = |j: usize, k: usize| self.stored(i0, j, k).mix_fixed(self.stored(i1, j, k), ws);
+        let near = along(j0, k0).mix_fixed(along(j1, k0), wt);
+        let far = along(j0, k1).mix_fixed(along(j1, k1), wt);
+        near.mix_fixed(far, wp).components().map(|c| c / T::ONE)
     }
 }
 
@@ -330,6 +395,24 @@ mod tests {
         let cube: Sampler<'_, 1, f32> = Sampler::new(&[0.0, 1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 5.0], [2; 3], EDGE, RED);
         // u = 0.5, 0.25, 0.75: 1/2 of x alone, and 4 more in the last corner with weight 1/2 * 1/4 * 3/4.
         close(cube.linear([0.5, 0.375, 0.625])[0], 0.5 + 4.0 * 0.5 * 0.25 * 0.75);
+    }
+
+    #[test]
+    fn fixed_point_filters_round_after_each_direction() {
+        let row = row(Wrap::ClampToEdge);
+        // A quarter of the way from 0 to 51: 64/256 of 51 = 12.75.
+        close(row.linear_fixed([0.75 / 3.0, 0.5, 0.5])[0], 13.0 / 255.0);
+        // A weight of 0.999/256 is none.
+        close(row.linear_fixed([(0.5 + 0.999 / 256.0) / 3.0, 0.5, 0.5])[0], 0.0);
+        assert_eq!((mix_levels(255, 0, 128), mix_levels(0, 255, 255), mix_levels(7, 7, 99)), (128, 254, 7));
+        let worst = (0..1000).map(|i| {
+            let at = [f64::from(i) / 1000.0, 0.5, 0.5];
+            (row.linear(at)[0] - row.linear_fixed(at)[0]).abs()
+        });
+        assert!(worst.fold(0.0, f32::max) < 1.5 / 255.0);
+        // Floats have no fixed point.
+        let floats: Sampler<'_, 1, f32> = Sampler::new(&[0.0, 1.0], [2, 1, 1], EDGE, RED);
+        assert_eq!(floats.linear_fixed([0.3, 0.5, 0.5]), floats.linear([0.3, 0.5, 0.5]));
     }
 
     #[test]

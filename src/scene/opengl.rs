@@ -60,14 +60,15 @@ pub enum FogEvaluation {
     Vertex,
 }
 
-/// Numbers that fragments are blended in on their way into a fixed-point framebuffer. A float framebuffer has floats anyway.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+/// Numbers that 8-bit textures are filtered in, or that fragments are blended in on their way into a fixed-point framebuffer. Floats
+/// stay floats. OpenGL leaves both open.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Arithmetic {
-    /// The framebuffer's own levels: the fragment is rounded to them before alpha test and blending, and so is each product of a
-    /// colour and a factor. OpenGL 1.x describes fragments as fixed-point numbers; Mesa's driver for the CPU computes so.
-    #[default]
+    /// Fixed point. A filter has weights in steps of 1/256, rounded down, and rounds to 8 bits after each of its three directions. A
+    /// blend has the framebuffer's own levels: the fragment is rounded to them before alpha test and blending, and so is each product
+    /// of a colour and a factor. Mesa's driver for the CPU computes so.
     Fixed,
-    /// Floats, rounded once, when the result is stored: newer hardware.
+    /// Floats. What is blended is rounded once, when it is stored.
     Float,
 }
 
@@ -217,13 +218,16 @@ pub struct Scissor {
 
 /// The state of the pipeline. [`Scene::with_opengl`](super::Scene::with_opengl) checks it.
 ///
-/// The default draws premultiplied colours, over, from an 8-bit texture clamped to its edge.
+/// The default draws premultiplied colours, over, from an 8-bit texture clamped to its edge, filtered in floats and blended in fixed
+/// point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OpenGl {
     /// Numbers of the texture.
     pub texture: TextureFormat,
     /// Filter where a texel is smaller than a pixel; `None` = the filter of the method, as where it is larger.
     pub min_filter: Option<Filter>,
+    /// Numbers that 8-bit texels and table entries are filtered in.
+    pub filter_arithmetic: Arithmetic,
     /// What lies beyond the texture, along s, t and p.
     pub wrap: [Wrap; 3],
     /// Border colour in `[0,1]`; of a texture of values the red component is the value.
@@ -245,7 +249,7 @@ pub struct OpenGl {
     /// Discards fragments by their alpha.
     pub alpha_test: Option<AlphaTest>,
     /// Numbers that fragments are blended in.
-    pub arithmetic: Arithmetic,
+    pub blend_arithmetic: Arithmetic,
     /// How red, green and blue are blended.
     pub blend: BlendFunction,
     /// How alpha is blended.
@@ -261,6 +265,7 @@ impl Default for OpenGl {
         Self {
             texture: TextureFormat::Unorm8,
             min_filter: None,
+            filter_arithmetic: Arithmetic::Float,
             wrap: [Wrap::ClampToEdge; 3],
             border: [0.0; 4],
             texture_matrix: DMat4::IDENTITY,
@@ -271,7 +276,7 @@ impl Default for OpenGl {
             primary: [1.0; 4],
             fog_evaluation: FogEvaluation::Fragment,
             alpha_test: None,
-            arithmetic: Arithmetic::Fixed,
+            blend_arithmetic: Arithmetic::Fixed,
             blend: BlendFunction::OVER,
             blend_alpha: BlendFunction::OVER,
             blend_constant: [0.0; 4],

@@ -86,7 +86,7 @@ fn compare(compare: Compare) -> u32 {
 }
 
 /// The 256 colours, as the program computes them.
-fn table(scene: &Scene, state: &OpenGl, volume: &Volume, spacing: f64) -> Vec<[f32; 4]> {
+fn table(scene: &Scene, state: &OpenGl, volume: &Volume, spacing: f64) -> Vec<[f64; 4]> {
     let (slope, intercept) = volume.rescale();
     let unit = scene.opacity_unit().unwrap_or(volume.grid().smallest_spacing());
     let s = volume.statistics();
@@ -99,12 +99,12 @@ fn table(scene: &Scene, state: &OpenGl, volume: &Volume, spacing: f64) -> Vec<[f
             let color = scene.transfer().eval(value);
             let alpha = 1.0 - (1.0 - color.alpha).powf(spacing / unit);
             let weight = if state.table_colors == TableColors::Premultiplied { alpha } else { 1.0 };
-            [color.rgb[0] * weight, color.rgb[1] * weight, color.rgb[2] * weight, alpha].map(|c| c as f32)
+            [color.rgb[0] * weight, color.rgb[1] * weight, color.rgb[2] * weight, alpha]
         })
         .collect()
 }
 
-fn bytes(colors: &[[f32; 4]]) -> Vec<u8> {
+fn bytes(colors: &[[f64; 4]]) -> Vec<u8> {
     colors.iter().flatten().map(|c| (c * 255.0).round() as u8).collect()
 }
 
@@ -137,13 +137,13 @@ fn textures(gl: &Context<'_>, scene: &Scene, state: &OpenGl, volume: &Volume, sp
             gl.image_3d(RGBA8, dims, RGBA, &texels);
         }
         (Classification::Pre, TextureFormat::F32) => {
-            let round = |c: f32| if eight { (c * 255.0).round() / 255.0 } else { c };
+            let round = |c: f64| if eight { (c * 255.0).round() / 255.0 } else { c };
             let texels: Vec<f32> = values(volume)
                 .iter()
                 .flat_map(|v| {
                     let (x, i) = (v * 255.0, (v * 255.0) as usize);
-                    let (a, b, w) = (colors[i], colors[(i + 1).min(255)], x.fract() as f32);
-                    std::array::from_fn::<f32, 4, _>(|c| round(a[c]) * (1.0 - w) + round(b[c]) * w)
+                    let (a, b, w) = (colors[i], colors[(i + 1).min(255)], x.fract());
+                    std::array::from_fn::<f32, 4, _>(|c| (round(a[c]) * (1.0 - w) + round(b[c]) * w) as f32)
                 })
                 .collect();
             gl.image_3d(RGBA32F, dims, RGBA, &texels);
@@ -172,7 +172,7 @@ fn textures(gl: &Context<'_>, scene: &Scene, state: &OpenGl, volume: &Volume, sp
         if eight {
             gl.image_1d(RGBA8, RGBA, &bytes(&colors));
         } else {
-            let entries: Vec<f32> = colors.iter().flatten().copied().collect();
+            let entries: Vec<f32> = colors.iter().flatten().map(|&c| c as f32).collect();
             gl.image_1d(RGBA32F, RGBA, &entries);
         }
         for key in [TEXTURE_MIN_FILTER, TEXTURE_MAG_FILTER] {

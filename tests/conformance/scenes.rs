@@ -2,9 +2,9 @@
 
 use glam::{DMat3, DMat4, DVec3, DVec4};
 use slicestack::scene::{
-    AlphaTest, BlendFunction, Camera, Classification, ClipPlane, Compare, Environment, Equation, Factor, Filter, Fog, FogDistance,
-    FogEvaluation, FogMode, FogWeighting, Method, OpenGl, Order, Placement, Projection, Scissor, Slicing, Straight, TableColors, Target,
-    TextureFormat, TransferFunction, Wrap,
+    AlphaTest, Arithmetic, BlendFunction, Camera, Classification, ClipPlane, Compare, Environment, Equation, Factor, Filter, Fog,
+    FogDistance, FogEvaluation, FogMode, FogWeighting, Method, OpenGl, Order, Placement, Projection, Scissor, Slicing, Straight,
+    TableColors, Target, TextureFormat, TransferFunction, Wrap,
 };
 use slicestack::volume::{BoxConvention, Grid, Voxels};
 use slicestack::{Scene, Volume};
@@ -49,8 +49,8 @@ pub(crate) struct Case {
 }
 
 impl Case {
-    /// The scene in these numbers.
-    pub(crate) fn scene(&self, bits: Bits) -> Scene {
+    /// The scene in these numbers, 8-bit textures filtered in `arithmetic`.
+    pub(crate) fn scene(&self, bits: Bits, arithmetic: Arithmetic) -> Scene {
         let texture = if bits == Bits::Float { TextureFormat::F32 } else { TextureFormat::Unorm8 };
         let target = match bits {
             Bits::Mixed | Bits::Float => Target::F32,
@@ -59,7 +59,24 @@ impl Case {
         };
         let order = self.scene.order();
         let method = Method { classification: self.classification, filter: self.filter, target, ..Method::default() };
-        self.scene.clone().with_opengl(OpenGl { texture, ..self.state }).unwrap().with_method(method).unwrap().with_order(order)
+        self.scene
+            .clone()
+            .with_opengl(OpenGl { texture, filter_arithmetic: arithmetic, ..self.state })
+            .unwrap()
+            .with_method(method)
+            .unwrap()
+            .with_order(order)
+    }
+
+    /// Numbers that Mesa filters this scene's 8-bit textures in, unless told otherwise: its way with 8 bits knows no borders.
+    pub(crate) fn mesas_arithmetic(&self) -> Arithmetic {
+        if self.state.wrap.contains(&Wrap::ClampToBorder) { Arithmetic::Float } else { Arithmetic::Fixed }
+    }
+
+    /// Whether colours jump somewhere along a slice, so that a last bit of a coordinate may decide.
+    pub(crate) fn jumps(&self) -> bool {
+        let nearest = [Some(self.filter), self.state.min_filter, Some(self.state.table_filter)].contains(&Some(Filter::Nearest));
+        nearest || self.state.alpha_test.is_some() || self.name.contains("steps")
     }
 
     fn volume(mut self, volume: Volume) -> Self {
@@ -277,18 +294,20 @@ fn tables(list: &mut Vec<Case>) {
             (180.0, [0.9, 0.7, 0.1]),
             (180.0, [0.8, 0.1, 0.2]),
         ],
-        vec![(0.0, 0.0), (60.0, 0.0), (60.0, 0.03), (140.0, 0.03), (140.0, 0.0), (180.0, 0.0), (180.0, 0.05)],
+        vec![(0.0, 0.0), (60.0, 0.0), (60.0, 0.012), (140.0, 0.012), (140.0, 0.0), (180.0, 0.0), (180.0, 0.016)],
     )
     .unwrap();
-    list.push(b("steps").map(|s| s.with_transfer(steps.clone())));
-    list.push(b("steps, nearest entry").map(|s| s.with_transfer(steps.clone())).state(|s| s.table_filter = Filter::Nearest));
-    list.push(b("steps, pre-classified").pre().map(|s| s.with_transfer(steps)));
+    let stepped = |c: Case| c.map(|s| s.with_transfer(steps.clone()).with_slices(Slicing::Count(48)).unwrap());
+    list.push(stepped(b("steps")));
+    list.push(stepped(b("steps, nearest entry")).state(|s| s.table_filter = Filter::Nearest));
+    list.push(stepped(b("steps, straight")).straight());
+    list.push(stepped(b("steps, pre-classified").pre()));
     list.push(b("straight colours").straight());
     list.push(b("straight colours, pre-classified").straight().pre());
-    list.push(b("8-bit entries").state(|s| s.table = Some(TextureFormat::Unorm8)));
+    list.push(b("8-bit entries").state(|s| s.table = Some(TextureFormat::Unorm8)).only(&[Bits::Mixed, Bits::Eight]));
     list.push(b("float entries").state(|s| s.table = Some(TextureFormat::F32)));
     list.push(b("nearest entry").state(|s| s.table_filter = Filter::Nearest));
-    let opaque = TransferFunction::new(vec![(0.0, [0.0; 3]), (255.0, [1.0; 3])], vec![(0.0, 0.0), (255.0, 1.0)]).unwrap();
+    let opaque = TransferFunction::new(vec![(0.0, [0.0; 3]), (255.0, [1.0; 3])], vec![(0.0, 0.0), (210.0, 0.03), (255.0, 1.0)]).unwrap();
     list.push(b("up to opacity 1").map(|s| s.with_transfer(opaque)));
     let spread = |v: Volume, of: fn(f64) -> Voxels| {
         let values: Vec<Voxels> = (0..v.voxels().len()).map(|i| of(v.voxels().get(i))).collect();
@@ -337,7 +356,9 @@ fn matrices(list: &mut Vec<Case>) {
 }
 
 fn blends(list: &mut Vec<Case>) {
-    let b = |name: String| base("blend", name).map(|s| s.with_slices(Slicing::Count(12)).unwrap());
+    // A dark background: where a factor lets it through or not, an outline's fragment makes all the difference.
+    let dark = Straight { rgb: [0.2, 0.3, 0.4], alpha: 0.15 };
+    let b = |name: String| base("blend", name).map(|s| s.with_slices(Slicing::Count(12)).unwrap().with_background(dark).unwrap());
     let constant = |s: &mut OpenGl| s.blend_constant = [0.3, 0.5, 0.7, 0.4];
     for f in Factor::ALL {
         let destination = Factor::OneMinusSrcAlpha;
@@ -346,9 +367,10 @@ fn blends(list: &mut Vec<Case>) {
     }
     for equation in Equation::ALL {
         let function = BlendFunction { equation, source: Factor::SrcAlpha, destination: Factor::OneMinusSrcAlpha };
-        // Over a dark background: a difference changes its sign from slice to slice, and with it what lies behind.
-        let dark = |s: Scene| s.with_background(Straight { rgb: [0.2, 0.1, 0.3], alpha: 0.1 }).unwrap();
-        list.push(b(format!("equation {equation:?}")).straight().map(dark).state(|s| *s = s.with_blend(function)));
+        // Straight colours are as bright as they are, and these two show them without their opacity.
+        let bare = matches!(equation, Equation::Min | Equation::Max);
+        let c = b(format!("equation {equation:?}"));
+        list.push(if bare { c } else { c.straight() }.state(|s| *s = s.with_blend(function)));
     }
     list.push(b("maximum intensity".into()).state(|s| {
         *s = s.with_blend(BlendFunction { equation: Equation::Max, source: Factor::One, destination: Factor::One });
@@ -357,15 +379,16 @@ fn blends(list: &mut Vec<Case>) {
     let under = BlendFunction::add(Factor::OneMinusDstAlpha, Factor::One);
     list.push(b("under, front to back".into()).map(|s| s.with_order(Order::FrontToBack)).state(|s| *s = s.with_blend(under)));
     let saturate = BlendFunction::add(Factor::SrcAlphaSaturate, Factor::One);
-    list.push(
-        b("saturate, front to back".into()).straight().map(|s| s.with_order(Order::FrontToBack)).state(|s| *s = s.with_blend(saturate)),
-    );
+    // Alpha fills up from 0.85 to about 1, so that the factor is the one and then the other of its two.
+    let full = Straight { rgb: [0.2, 0.3, 0.4], alpha: 0.85 };
+    let thin = |s: Scene| s.with_order(Order::FrontToBack).with_opacity_unit(14.0).unwrap().with_background(full).unwrap();
+    list.push(b("saturate, front to back".into()).straight().map(thin).state(|s| *s = s.with_blend(saturate)));
 }
 
 fn operations(list: &mut Vec<Case>) {
     for compare in Compare::ALL {
         let test = AlphaTest { compare, reference: 0.05 };
-        list.push(base("alpha test", format!("{compare:?} 0.05")).state(|s| s.alpha_test = Some(test)));
+        list.push(base("alpha test", format!("{compare:?} 0.05")).filter(Filter::Nearest).state(|s| s.alpha_test = Some(test)));
     }
     let greater = |reference| move |s: &mut OpenGl| s.alpha_test = Some(AlphaTest { compare: Compare::Greater, reference });
     list.push(base("alpha test", "Greater 0").state(greater(0.0)));

@@ -18,6 +18,9 @@ pub(super) struct OpenGlKeys {
     pub texture: Option<FormatKey>,
     /// Filter where texels are smaller than pixels; that of render.filter unless given.
     pub min_filter: Option<FilterKey>,
+    /// Numbers that 8-bit textures and tables are filtered in: float (the default) or fixed (weights in steps of 1/256, results rounded
+    /// to 8 bits, as drivers for the CPU do).
+    pub filter_arithmetic: Option<ArithmeticKey>,
     /// What lies beyond the texture along all axes: clamp-to-edge (the default), clamp-to-border or repeat.
     pub wrap: Option<WrapKey>,
     /// The same along s (voxel axis x) alone.
@@ -172,6 +175,7 @@ impl Builder<'_> {
         Ok(Some(OpenGl {
             texture: k.texture.map_or(usual.texture, TextureFormat::from),
             min_filter: k.min_filter.map(Filter::from),
+            filter_arithmetic: if k.filter_arithmetic == Some(ArithmeticKey::Fixed) { Arithmetic::Fixed } else { Arithmetic::Float },
             wrap: [k.wrap_s, k.wrap_t, k.wrap_p].map(|own| own.unwrap_or(wrap).into()),
             border: k.border_color.unwrap_or(usual.border),
             texture_matrix: DMat4::from_cols(r0, r1, r2, r3).transpose(),
@@ -186,7 +190,7 @@ impl Builder<'_> {
                 FogEvaluation::Fragment
             },
             alpha_test: self.alpha_test()?,
-            arithmetic: if k.blend_arithmetic == Some(ArithmeticKey::Float) { Arithmetic::Float } else { Arithmetic::Fixed },
+            blend_arithmetic: if k.blend_arithmetic == Some(ArithmeticKey::Float) { Arithmetic::Float } else { Arithmetic::Fixed },
             blend,
             blend_alpha: alpha,
             blend_constant: k.blend_color.unwrap_or(usual.blend_constant),
