@@ -4,7 +4,7 @@ use super::texture::{Values, fixed_weight, mix_levels};
 use crate::scene::{Arithmetic, Filter, OpenGl, TableColors, Target, TextureFormat, TransferFunction};
 
 /// Entries of the table. Entry i stands at texture value i / 255.
-pub(super) const ENTRIES: usize = 256;
+const ENTRIES: usize = 256;
 
 /// A one-dimensional RGBA texture, clamped to its edge.
 ///
@@ -12,9 +12,11 @@ pub(super) const ENTRIES: usize = 256;
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Table {
     entries: Vec<[f32; 4]>,
+    /// The same rounded to 8 bits.
+    levels: Vec<[u8; 4]>,
     filter: Filter,
-    /// The entries' levels, where they are filtered in fixed point.
-    levels: Option<Vec<[u8; 4]>>,
+    /// Whether it is filtered in fixed point.
+    fixed: bool,
 }
 
 impl Table {
@@ -33,20 +35,22 @@ impl Table {
                 TableColors::Straight => 1.0,
             };
             let [r, g, b] = color.rgb.map(|c| c * weight);
-            [r, g, b, alpha].map(|x| match format {
-                TextureFormat::Unorm8 => (libm::round(x * 255.0) / 255.0) as f32,
-                TextureFormat::F32 => x as f32,
-            })
+            [r, g, b, alpha]
         };
-        let entries: Vec<[f32; 4]> = (0..ENTRIES).map(entry).collect();
+        let exact: Vec<[f64; 4]> = (0..ENTRIES).map(entry).collect();
+        // Rounded once, not by way of f32.
+        let levels: Vec<[u8; 4]> = exact.iter().map(|e| e.map(|c| libm::round(c * 255.0) as u8)).collect();
+        let entries = match format {
+            TextureFormat::Unorm8 => levels.iter().map(|e| e.map(|l| (f64::from(l) / 255.0) as f32)).collect(),
+            TextureFormat::F32 => exact.iter().map(|e| e.map(|c| c as f32)).collect(),
+        };
         let fixed = format == TextureFormat::Unorm8 && state.filter_arithmetic == Arithmetic::Fixed;
-        let levels = fixed.then(|| entries.iter().map(|e| e.map(|c| (c * 255.0 + 0.5) as u8)).collect());
-        Self { entries, filter: state.table_filter, levels }
+        Self { entries, levels, filter: state.table_filter, fixed }
     }
 
-    /// Entry `i`, components in `[0,1]`.
-    pub(super) fn entry(&self, i: usize) -> [f32; 4] {
-        self.entries[i]
+    /// Entry `i` in 8 bits.
+    pub(super) fn level(&self, i: u8) -> [u8; 4] {
+        self.levels[usize::from(i)]
     }
 
     /// The colour at texture value `value`.
@@ -55,8 +59,8 @@ impl Table {
         match self.filter {
             Filter::Linear => {
                 let i = x as usize;
-                if let Some(levels) = &self.levels {
-                    let (a, b, w) = (&levels[i], &levels[(i + 1).min(ENTRIES - 1)], fixed_weight(x - i as f32));
+                if self.fixed {
+                    let (a, b, w) = (&self.levels[i], &self.levels[(i + 1).min(ENTRIES - 1)], fixed_weight(x - i as f32));
                     return std::array::from_fn(|c| f32::from(mix_levels(a[c], b[c], w)) / 255.0);
                 }
                 let (a, b, w) = (&self.entries[i], &self.entries[(i + 1).min(ENTRIES - 1)], x - i as f32);
@@ -83,11 +87,11 @@ mod tests {
     #[test]
     fn entries_are_corrected_then_premultiplied_then_rounded() {
         // a = 0.51 for one reference length, 1 - 0.49^0.5 = 0.3 for half of one; times 0.5 = 0.15; 38.25 and 76.5 of 255.
-        let exact = table(0.5, TableColors::Premultiplied, TextureFormat::F32, Filter::Linear).entry(255);
+        let exact = table(0.5, TableColors::Premultiplied, TextureFormat::F32, Filter::Linear).entries[255];
         assert!(exact.iter().zip([0.3f32, 0.15, 0.0, 0.3]).all(|(a, b)| (a - b).abs() < 1e-6), "{exact:?}");
-        let rounded = table(1.0, TableColors::Premultiplied, TextureFormat::Unorm8, Filter::Linear).entry(255);
+        let rounded = table(1.0, TableColors::Premultiplied, TextureFormat::Unorm8, Filter::Linear).entries[255];
         assert_eq!(rounded, [130.0 / 255.0, 65.0 / 255.0, 0.0, 130.0 / 255.0]);
-        assert_eq!(table(1.0, TableColors::Straight, TextureFormat::Unorm8, Filter::Linear).entry(0), [1.0, 128.0 / 255.0, 0.0, 0.0]);
+        assert_eq!(table(1.0, TableColors::Straight, TextureFormat::Unorm8, Filter::Linear).entries[0], [1.0, 128.0 / 255.0, 0.0, 0.0]);
     }
 
     #[test]
@@ -96,15 +100,15 @@ mod tests {
             let table = table(1.0, TableColors::Straight, TextureFormat::F32, filter);
             for i in 0..ENTRIES {
                 let found = table.lookup(i as f32 / 255.0);
-                assert!((found[3] - table.entry(i)[3]).abs() < 1e-6, "{filter:?} {i}");
+                assert!((found[3] - table.entries[i][3]).abs() < 1e-6, "{filter:?} {i}");
             }
-            assert_eq!(table.lookup(7.0), table.entry(255));
-            assert_eq!(table.lookup(-1.0), table.entry(0));
+            assert_eq!(table.lookup(7.0), table.entries[255]);
+            assert_eq!(table.lookup(-1.0), table.entries[0]);
         }
         let linear = table(1.0, TableColors::Straight, TextureFormat::F32, Filter::Linear);
         assert!((linear.lookup(100.25 / 255.0)[3] - 0.51 * 100.25 / 255.0).abs() < 1e-6);
         let nearest = table(1.0, TableColors::Straight, TextureFormat::F32, Filter::Nearest);
-        assert_eq!(nearest.lookup(100.4 / 255.0), nearest.entry(100));
-        assert_eq!(nearest.lookup(100.6 / 255.0), nearest.entry(101));
+        assert_eq!(nearest.lookup(100.4 / 255.0), nearest.entries[100]);
+        assert_eq!(nearest.lookup(100.6 / 255.0), nearest.entries[101]);
     }
 }

@@ -91,10 +91,7 @@ impl Texture {
         Ok(match (key.format, &key.table) {
             (TextureFormat::Unorm8, None) => Self::R8(texels(volume, values, level)?),
             (TextureFormat::F32, None) => Self::R32F(texels(volume, values, |t| t as f32)?),
-            (TextureFormat::Unorm8, Some(table)) => {
-                let colors: Vec<[u8; 4]> = (0..super::table::ENTRIES).map(|i| table.entry(i).map(|c| level(f64::from(c)))).collect();
-                Self::Rgba8(texels(volume, values, |t| colors[usize::from(level(t))])?)
-            }
+            (TextureFormat::Unorm8, Some(table)) => Self::Rgba8(texels(volume, values, |t| table.level(level(t)))?),
             (TextureFormat::F32, Some(table)) => Self::Rgba32F(texels(volume, values, |t| table.lookup(t as f32))?),
         })
     }
