@@ -75,7 +75,6 @@ mod renderer;
 pub mod scene;
 mod settings;
 pub mod target;
-mod tolerance;
 pub mod volume;
 
 pub use error::{Error, Result};

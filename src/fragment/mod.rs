@@ -16,6 +16,7 @@ mod classify;
 mod correct;
 mod fetch;
 mod fog;
+mod pair;
 pub(crate) mod project;
 mod span;
 mod texcoord;
@@ -25,9 +26,10 @@ pub(crate) use blend::{BlendBack, BlendFront, Compensated, MaskStage, Plain, Sto
 pub(crate) use classify::{Classify, ClassifyCorners};
 pub(crate) use correct::{Correct, CorrectRiemann};
 pub(crate) use fetch::{FetchAny, FetchCorners, FetchNearest, FetchPacked8, FetchPairs8, FetchPairs16, Guard};
-pub(crate) use fog::{FogPlanar, FogRadial};
+pub(crate) use fog::{FogEach, FogPlanar, FogRadial};
+pub(crate) use pair::{BEHIND, ClassifyPair, KeepValue};
 pub(crate) use project::{ProjectAdd, ProjectAverage, ProjectIso, ProjectLmip, ProjectMax, ProjectMin};
-pub(crate) use span::Span;
+pub(crate) use span::{Span, SpanPair};
 pub(crate) use texcoord::{Texcoord, TexcoordFar};
 
 /// One stage, compiled for one instruction set.

@@ -1,14 +1,20 @@
 //! The plan: from scene and settings to slices, tables and stages, and to the list of what a scene does not need.
 
+mod classes;
 mod left_out;
+mod pairs;
 mod table;
 
+pub(crate) use classes::Classes;
 pub(crate) use left_out::{counted, planned};
-pub(crate) use table::{Layout, Slab};
+use pairs::Pairs;
+use table::Layout;
+pub(crate) use table::Slab;
 
 use crate::fragment::*;
 use crate::lanes::{Level, ToF32};
 use crate::proxy::Stack;
+use crate::raster::PairWork;
 use crate::scene::{Accumulation, Blend, Classification, Filter, Fog, FogDistance, FogWeighting, Method, Order, Scene, SlabForm, Target};
 use crate::volume::bricks::Bricks;
 use crate::volume::{Volume, VoxelType};
@@ -67,6 +73,8 @@ pub(crate) struct Stages<'v> {
     pub(crate) span: Stage<'v>,
     pub(crate) whole: Vec<Stage<'v>>,
     pub(crate) partial: Vec<Stage<'v>>,
+    /// More lookups, where slabs lie between slices.
+    pub(crate) pairs: Option<PairWork<'v>>,
 }
 
 /// What a frame needs, decided before the first pixel.
@@ -147,10 +155,13 @@ impl Needs {
         let nearest = self.method.filter == Filter::Nearest;
         let before = self.method.classification == Classification::Pre && !nearest;
         middle.push(stage("fetch", self.fetch(volume, packed, scaling, level)));
-        if self.guard && !before {
+        let pairs = self.method.is_pre_integrated() && colors;
+        if self.guard && !before && !pairs {
             middle.push(stage("guard", level.kernel::<Guard, _, _>()));
         }
-        if colors {
+        if pairs {
+            middle.push(stage("classify", self.classify_pairs(self.method.classification == Classification::SecondOrder, level)));
+        } else if colors {
             middle.push(stage(
                 "classify",
                 match (before, self.split_scale) {
@@ -197,10 +208,33 @@ impl Needs {
             list.push(blend);
             list
         };
-        Stages {
-            span: stage("span", level.kernel::<Span, _, _>()),
-            whole: finish(self.perspective, self.guard),
-            partial: finish(true, true),
+        let whole = finish(self.perspective, self.guard);
+        let partial = finish(true, true);
+        let pairs = pairs.then(|| {
+            // Texture coordinates are set ray by ray, and each ray leaves at a depth of its own.
+            let after = partial.iter().position(|s| s.name == "classify").map_or(1, |i| i + 1);
+            let mut exit = vec![partial[after - 1]];
+            exit.extend(&partial[after..]);
+            if let Some(fog) = exit.iter_mut().find(|s| s.name == "fog") {
+                fog.run = level.kernel::<FogEach, _, _>();
+            }
+            PairWork {
+                lookback: if self.method.classification == Classification::SecondOrder { 2 } else { 1 },
+                keep: vec![middle[0], middle[1], stage("keep", level.kernel::<KeepValue, _, _>())],
+                fetch: middle[1],
+                exit,
+            }
+        });
+        let span = if pairs.is_some() { level.kernel::<SpanPair, _, _>() } else { level.kernel::<Span, _, _>() };
+        Stages { span: stage("span", span), whole, partial, pairs }
+    }
+
+    fn classify_pairs<'v>(&self, second: bool, level: Level) -> fn(&Frame<'v>, &mut Batch) {
+        match (self.split_scale, second) {
+            (false, false) => level.kernel::<ClassifyPair<false, false>, _, _>(),
+            (false, true) => level.kernel::<ClassifyPair<false, true>, _, _>(),
+            (true, false) => level.kernel::<ClassifyPair<true, false>, _, _>(),
+            (true, true) => level.kernel::<ClassifyPair<true, true>, _, _>(),
         }
     }
 

@@ -39,7 +39,7 @@ pub(crate) struct Slab {
 }
 
 /// Slab colour and opacity at a value: premultiplied, 1 - (1 - a)^ratio; for Riemann's form -ln(1 - a) ratio.
-fn color(transfer: &TransferFunction, value: f64, slab: Slab) -> [f64; 4] {
+pub(super) fn color(transfer: &TransferFunction, value: f64, slab: Slab) -> [f64; 4] {
     let straight = transfer.eval(value);
     let alpha = match slab.form {
         SlabForm::Exponential if straight.alpha >= 1.0 => 1.0,
@@ -148,7 +148,7 @@ impl Layout {
 }
 
 /// The smallest number of intervals, of at least [`FEWEST`], that puts every knot on an entry, if it is reasonable.
-fn aligned(knots: &[f64], low: f64, high: f64) -> Option<usize> {
+pub(super) fn aligned(knots: &[f64], low: f64, high: f64) -> Option<usize> {
     let range = high - low;
     // Knots in units of 1/2^s of the data's unit: whole numbers for s up to 4 in all common tables.
     for s in [1.0, 2.0, 4.0, 8.0, 16.0] {
