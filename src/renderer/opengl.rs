@@ -58,6 +58,8 @@ impl Renderer<'_> {
         let mut warnings = Vec::new();
         if stack.is_empty() {
             warnings.push("the whole box lies behind the eye: nothing to see".to_owned());
+        } else if fragments > 0 && pixels.len() > 1 && pixels.iter().all(|p| *p == pixels[0]) {
+            warnings.push("the picture is of one colour: nothing of the volume shows in it".to_owned());
         }
         if non_finite > 0 {
             warnings.push(format!("{non_finite} of {} voxels are NaN or infinite: texels of 0", volume.grid().voxel_count()));

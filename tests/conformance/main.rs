@@ -1,7 +1,7 @@
 //! The profile `opengl` against a real OpenGL: Mesa's driver for the CPU, which draws the same slices.
 //!
 //! `cargo test --release --features conformance --test conformance` needs libOSMesa (Debian: libosmesa6) and fails without it.
-//! With `SLICESTACK_BLESS=1` it writes the differences of every scene into docs/opengl.md and docs/opengl.json.
+//! With `SLICESTACK_BLESS=1` it writes the differences of every scene into docs/opengl.md and docs/opengl.csv.
 //!
 //! Mesa filters 8-bit textures in fixed point, and in floats when `GALLIVM_PERF=no_aos_sampling` is set before it is loaded. Both
 //! ways are compared, the second one in a process of its own: the first with the fixed-point filter of the profile, the second with

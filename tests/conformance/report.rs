@@ -1,18 +1,16 @@
-//! The differences as tables: JSON for machines, Markdown for docs/opengl.md.
+//! The differences as tables: comma-separated values for machines, Markdown for docs/opengl.md.
 
 use super::scenes::Bits;
 use super::{Compared, Measured};
-use serde_json::{Value, json};
 use std::path::Path;
 
 /// The lines of docs/opengl.md that the table stands between.
 const BEGIN: &str = "<!-- begin: written by the conformance test -->\n";
 const END: &str = "<!-- end -->\n";
 
-/// Writes `opengl.json` into `folder`, and the tables into its `opengl.md`.
+/// Writes `opengl.csv` into `folder`, and the tables into its `opengl.md`.
 pub(crate) fn write(folder: &Path, measured: &[Measured], driver: &str) {
-    let text = serde_json::to_string_pretty(&json(measured, driver)).unwrap() + "\n";
-    std::fs::write(folder.join("opengl.json"), text).unwrap();
+    std::fs::write(folder.join("opengl.csv"), csv(measured, driver)).unwrap();
     let page = folder.join("opengl.md");
     let old = std::fs::read_to_string(&page).unwrap();
     let (head, rest) = old.split_once(BEGIN).expect("docs/opengl.md has a place for the tables");
@@ -20,37 +18,32 @@ pub(crate) fn write(folder: &Path, measured: &[Measured], driver: &str) {
     std::fs::write(page, format!("{head}{BEGIN}\n{}\n{END}{tail}", markdown(measured, driver))).unwrap();
 }
 
-fn json(measured: &[Measured], driver: &str) -> Value {
-    let rounded = |x: f64| (x * 1e6).round() / 1e6;
-    let picture = |m: &Measured, r: &Compared| {
-        let numbers = |d: &super::Difference| {
-            json!({
-                "max": rounded(d.most), "max_off_outlines": rounded(d.most_inside), "rms": rounded(d.rms), "mean": rounded(d.mean),
-                "share_beyond_2": rounded(d.beyond),
-            })
-        };
-        json!({
-            "bits": r.bits.name(),
-            "both_filter_in_fixed_point": numbers(&r.fixed),
-            "mesa_in_fixed_point_slicestack_in_floats": numbers(&r.mixed),
-            "both_filter_in_floats": numbers(&r.float),
-            "held": r.fixed.check(r.bits, m.case.jumps()).is_ok(),
-        })
-    };
-    let scenes: Vec<Value> = measured
-        .iter()
-        .map(|m| {
-            json!({
-                "group": m.case.group,
-                "name": m.case.name,
-                "fragments": m.coverage.fragments,
-                "fragments_that_differ_on_outlines": m.coverage.outline,
-                "fragments_that_differ_elsewhere": m.coverage.inside,
-                "pictures": m.results.iter().map(|r| picture(m, r)).collect::<Vec<_>>(),
-            })
-        })
-        .collect();
-    json!({ "driver": driver, "unit": "1/255", "scenes": scenes })
+/// A line for each picture and each way to filter; differences in steps of 1/255.
+fn csv(measured: &[Measured], driver: &str) -> String {
+    let mut text = format!("# {driver}; differences in steps of 1/255\n");
+    text += "group,scene,numbers,mesa filters in,slicestack filters in,max,max off outlines,rms,mean,share beyond 2 steps,";
+    text += "fragments,differing on outlines,differing elsewhere\n";
+    for m in measured {
+        for r in &m.results {
+            for (mesa, own, d) in [("fixed", "fixed", &r.fixed), ("fixed", "float", &r.mixed), ("float", "float", &r.float)] {
+                text += &format!(
+                    "{},\"{}\",\"{}\",{mesa},{own},{:.5},{:.5},{:.5},{:.5},{:.5},{},{},{}\n",
+                    m.case.group,
+                    m.case.name,
+                    r.bits.name(),
+                    d.most,
+                    d.most_inside,
+                    d.rms,
+                    d.mean,
+                    d.beyond,
+                    m.coverage.fragments,
+                    m.coverage.outline,
+                    m.coverage.inside
+                );
+            }
+        }
+    }
+    text
 }
 
 /// Steps of 1/255, in few digits.
