@@ -192,7 +192,7 @@ fn no_state_puts_a_nan_or_an_infinity_into_a_picture() {
         fog(FogMode::Exp { density: 1e300 }, FogWeighting::Literal),
         fog(FogMode::Exp2 { density: 0.0 }, FogWeighting::Literal).map(|f| f.with_distance(FogDistance::Radial)),
     ];
-    let project = DMat4::from_cols(DVec4::new(1e12, 0.0, 0.0, 1e4), DVec4::Y, DVec4::Z, DVec4::new(-1e12, 0.0, 0.0, 1.1));
+    let project = DMat4::from_cols(DVec4::new(1e8, 0.0, 0.0, 1e4), DVec4::Y, DVec4::Z, DVec4::new(-1e8, 0.0, 0.0, 1.1));
     let mut i = 0;
     for source in Factor::ALL {
         for destination in Factor::ALL {

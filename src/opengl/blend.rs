@@ -6,6 +6,8 @@ use crate::scene::{Arithmetic, BlendFunction, Equation, Factor, OpenGl};
 pub(super) trait Framebuffer {
     /// A component as stored, as a number.
     fn load(stored: f32) -> f64;
+    /// The same, rounded to f32 alone: for the finished picture.
+    fn finished(stored: f32) -> f32;
     /// A number after blending, as it is stored.
     fn store(number: f64) -> f32;
     /// A number within blending, rounded as the arithmetic has it.
@@ -21,9 +23,15 @@ pub(super) trait Framebuffer {
 pub(super) struct Unorm<const LEVELS: u32>;
 
 impl<const LEVELS: u32> Framebuffer for Unorm<LEVELS> {
+    /// Times the reciprocal: for each fragment a division would cost more than all the rest, and the last bit of f64 is far from
+    /// what decides between levels.
     #[inline(always)]
     fn load(stored: f32) -> f64 {
-        f64::from(stored) / f64::from(LEVELS)
+        f64::from(stored) * (1.0 / f64::from(LEVELS))
+    }
+
+    fn finished(stored: f32) -> f32 {
+        (f64::from(stored) / f64::from(LEVELS)) as f32
     }
 
     /// Clamped to `[0,1]` and rounded to the nearest level. Levels times factors that are levels never lie in the middle of two
@@ -51,6 +59,10 @@ impl Framebuffer for Float {
         f64::from(stored)
     }
 
+    fn finished(stored: f32) -> f32 {
+        stored
+    }
+
     /// Rounded to f32. Functions that let a pixel grow end at the largest f32, not in infinity, from which a NaN could come.
     #[inline(always)]
     fn store(number: f64) -> f32 {
@@ -69,12 +81,15 @@ pub(super) fn alpha_passes<F: Framebuffer>(state: &OpenGl, alpha: f64) -> bool {
     state.alpha_test.is_none_or(|test| test.compare.passes(alpha, F::fragment(test.reference as f32, state.blend_arithmetic)))
 }
 
-/// Fragment `s` blended with pixel `d`, both as numbers.
+/// The constant colour, as it is blended with.
+pub(super) fn constant<F: Framebuffer>(state: &OpenGl) -> [f64; 4] {
+    state.blend_constant.map(|c| F::round(c, state.blend_arithmetic))
+}
+
+/// Fragment `s` blended with pixel `d`, both as numbers; `k` is the constant colour.
 #[inline(always)]
-pub(super) fn blend<F: Framebuffer>(state: &OpenGl, s: [f64; 4], d: [f64; 4]) -> [f64; 4] {
+pub(super) fn blend<F: Framebuffer>(state: &OpenGl, k: &[f64; 4], s: [f64; 4], d: [f64; 4]) -> [f64; 4] {
     let round = |number: f64| F::round(number, state.blend_arithmetic);
-    let constant = state.blend_constant.map(round);
-    let k = &constant;
     let color = |c: usize| combine(&state.blend, s[c], d[c], round, |factor| color_factor(factor, c, &s, &d, k));
     let alpha = combine(&state.blend_alpha, s[3], d[3], round, |factor| alpha_factor(factor, s[3], d[3], k[3]));
     [color(0), color(1), color(2), alpha]
@@ -142,7 +157,7 @@ mod tests {
     }
 
     fn run(function: BlendFunction) -> [f64; 4] {
-        blend::<Float>(&OpenGl { blend_constant: K, ..OpenGl::default().with_blend(function) }, S, D)
+        blend::<Float>(&OpenGl::default().with_blend(function), &K, S, D)
     }
 
     #[test]
@@ -188,11 +203,21 @@ mod tests {
         assert_eq!(Eight::store(0.4999 / 255.0), 0.0);
         assert_eq!(Eight::store(0.5001 / 255.0), 1.0);
         assert_eq!((Eight::store(-3.0), Eight::store(7.0)), (0.0, 255.0));
-        assert_eq!(Eight::fragment(0.3, Arithmetic::Fixed), 77.0 / 255.0);
+        assert!((Eight::fragment(0.3, Arithmetic::Fixed) - 77.0 / 255.0).abs() < 1e-12);
         assert_eq!(Eight::fragment(0.3, Arithmetic::Float), f64::from(0.3f32));
         for level in 0..=65535u16 {
             assert_eq!(Unorm::<65535>::store(Unorm::<65535>::load(f32::from(level))), f32::from(level));
         }
+    }
+
+    #[test]
+    fn a_constant_colour_has_the_levels_of_the_framebuffer() {
+        let state = OpenGl { blend_constant: [0.3; 4], ..OpenGl::default() };
+        assert!((constant::<Unorm<255>>(&state)[0] - 77.0 / 255.0).abs() < 1e-12);
+        assert_eq!(constant::<Float>(&state), [0.3; 4]);
+        let float = OpenGl { blend_arithmetic: Arithmetic::Float, ..state };
+        assert_eq!(constant::<Unorm<255>>(&float), [0.3; 4]);
+        assert_eq!(Unorm::<255>::finished(77.0), (77.0f64 / 255.0) as f32);
     }
 
     #[test]
@@ -205,7 +230,7 @@ mod tests {
             for s in (0..=255u32).step_by(5) {
                 for d in 0..=255u32 {
                     let run =
-                        |state: &OpenGl, s: [u32; 4]| Unorm::<255>::store(blend::<Unorm<255>>(state, s.map(number), [number(d); 4])[0]);
+                        |state: &OpenGl, s: [u32; 4]| Unorm::<255>::store(blend::<Unorm<255>>(state, &K, s.map(number), [number(d); 4])[0]);
                     // In whole numbers: each product to the nearest level; the sum to the nearest level.
                     let products = nearest(s * a) + nearest(d * (255 - a));
                     assert_eq!(run(&straight, [s, s, s, a]), products.min(255) as f32, "{s} with {a} onto {d}");
@@ -228,7 +253,7 @@ mod tests {
         for state in [state, shrink] {
             let mut pixel = [2.0f32; 4];
             for _ in 0..200 {
-                pixel = blend::<Float>(&state, [1.0; 4], pixel.map(Float::load)).map(Float::store);
+                pixel = blend::<Float>(&state, &K, [1.0; 4], pixel.map(Float::load)).map(Float::store);
                 assert!(pixel.iter().all(|c| c.is_finite()), "{pixel:?}");
             }
         }

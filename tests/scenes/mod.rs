@@ -225,7 +225,7 @@ pub(crate) fn samples() -> Vec<Sample> {
     );
     // OpenGL's fixed functions.
     let gl = |s: Scene, state: OpenGl, method: Method| s.with_opengl(state).unwrap().with_method(method).unwrap();
-    let view = |s: Scene| looked(s, 30.0, 20.0, 0.0, 1.2, WIDE);
+    let view = |s: Scene| looked(s, 30.0, 20.0, 0.0, 2.0, WIDE);
     let eight = Method { target: Target::Unorm8, ..Method::default() };
     add("opengl", head(), gl(view(s()), OpenGl::default(), eight));
     add("opengl-f32", cloud(20, VoxelType::I16), thin(gl(view(s()), OpenGl::default(), Method::default())));
@@ -257,7 +257,7 @@ pub(crate) fn samples() -> Vec<Sample> {
     let fogged = foggy(view(s()), FogMode::Exp2 { density: 0.02 }, FogDistance::Radial, literal);
     add("opengl-fog", head(), gl(fogged, vertex, Method::default()));
     let highest = OpenGl::default().with_blend(BlendFunction { equation: Equation::Max, source: Factor::One, destination: Factor::One });
-    add("opengl-max", head(), gl(view(s()), highest, eight));
+    add("opengl-max", head(), shown(gl(view(s()), highest, eight)));
     add("transparent-background", head(), looked(s(), 30.0, 50.0, 0.0, 1.3, WIDE).with_background(Straight::default()).unwrap());
     list
 }
