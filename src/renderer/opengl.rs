@@ -7,12 +7,14 @@ use crate::proxy::Stack;
 use crate::scene::{Classification, OpenGl, Scene, Slicing};
 use crate::target::Picture;
 use crate::{Error, Result};
-use std::time::Instant;
 
 impl Renderer<'_> {
     /// One picture of `scene` through the fixed-function pipeline in `state`.
     pub(super) fn draw(&mut self, scene: &Scene, state: &OpenGl) -> Result<(Picture, RenderStats)> {
-        let mut clock = Clock { start: Instant::now(), prepare_seconds: 0.0 };
+        if self.settings.estimate {
+            return Err(Error::invalid("estimate: the profile opengl has the errors of OpenGL; estimate those of the profile accurate"));
+        }
+        let mut clock = Clock::default();
         let volume = self.volume;
         opengl::check_matrix(state, volume)?;
         let (width, height) = scene.size();

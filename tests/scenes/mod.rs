@@ -2,9 +2,9 @@
 
 use glam::{DMat3, DMat4, DQuat, DVec3, DVec4};
 use slicestack::scene::{
-    AlphaTest, Arithmetic, Blend, BlendFunction, Camera, Classification, ClipPlane, Compare, Environment, Equation, Factor, Filter, Fog,
-    FogDistance, FogEvaluation, FogMode, FogWeighting, Method, OpenGl, Order, Placement, Projection, Scissor, Slicing, Straight, Target,
-    TransferFunction, Wrap,
+    Accumulation, AlphaTest, Arithmetic, Blend, BlendFunction, Camera, Classification, ClipPlane, Compare, Ends, Environment, Equation,
+    Factor, Filter, Fog, FogDistance, FogEvaluation, FogMode, FogWeighting, Method, OpenGl, Order, Placement, Projection, SampleAt,
+    Scissor, SlabForm, Slicing, Straight, Target, TransferFunction, Wrap,
 };
 use slicestack::volume::phantom::Phantom;
 use slicestack::volume::{BoxConvention, Grid, VoxelType, Voxels};
@@ -223,13 +223,77 @@ pub(crate) fn samples() -> Vec<Sample> {
         },
         looked(s(), 30.0, 20.0, 0.0, 1.3, WIDE),
     );
-    // OpenGL's fixed functions.
+    // Ways to integrate.
+    let by = |scene: Scene, method: Method| scene.with_method(method).unwrap();
+    let base = Method::default();
+    let pairs = Method { classification: Classification::PreIntegrated, ..base };
+    let second = Method { classification: Classification::SecondOrder, ..base };
+    let few = || scene((48, 40), 20);
+    let near = |s: Scene| looked(s, 30.0, 20.0, 0.0, 1.3, WIDE);
+    add("pre-integrated", head(), by(looked(few(), 40.0, 25.0, 0.0, 1.3, PARALLEL), pairs));
+    add("pre-integrated-fog", head(), by(foggy(near(few()), FogMode::Exp { density: 0.02 }, FogDistance::Planar, alpha), pairs));
+    add("pre-integrated-fog-radial", head(), by(foggy(near(few()), FogMode::Exp2 { density: 0.02 }, FogDistance::Radial, alpha), second));
+    add("pre-integrated-add", head(), by(near(few()).with_blend(Blend::Add).unwrap(), pairs));
+    add("pre-integrated-whole-ends", cloud(20, VoxelType::U8), thin(by(near(few()), Method { ends: Ends::Whole, ..second })));
+    add("second-order", cloud(20, VoxelType::I16), thin(by(looked(few(), 70.0, 30.0, 0.0, 1.2, PARALLEL), second)));
+    add("second-order-clip", head(), {
+        let planes = vec![plane(&v, DVec3::new(0.2, 1.0, 0.3), 0.0), plane(&v, DVec3::new(1.0, 0.1, -0.3), -0.2)];
+        by(looked(few(), 20.0, 20.0, 0.0, 1.3, PARALLEL).with_clip_planes(planes).unwrap(), second)
+    });
+    add(
+        "second-order-holes",
+        {
+            let Voxels::F32(mut v) = head().voxels().clone() else { unreachable!("the head is f32") };
+            v.iter_mut().step_by(37).for_each(|x| *x = f32::NAN);
+            Volume::new(head().grid().clone(), Voxels::F32(v)).unwrap()
+        },
+        by(looked(few(), 30.0, 20.0, 0.0, 1.3, PARALLEL), second),
+    );
+    add("second-order-tiny", counted([1, 1, 9]), shown(by(looked(scene((32, 32), 9), 60.0, 20.0, 0.0, 1.2, WIDE), second)));
+    add("pre-classified", head(), by(near(s()), Method { classification: Classification::Pre, ..base }));
+    add("pre-classified-16", cloud(20, VoxelType::U16), thin(by(near(s()), Method { classification: Classification::Pre, ..base })));
+    add(
+        "nearest",
+        cloud(20, VoxelType::U8),
+        thin(by(looked(s(), 30.0, 20.0, 0.0, 1.3, PARALLEL), Method { filter: Filter::Nearest, ..base })),
+    );
+    add("nearest-pairs", cloud(20, VoxelType::I32), thin(by(near(few()), Method { filter: Filter::Nearest, ..pairs })));
+    add("riemann", head(), by(near(s()), Method { slab: SlabForm::Riemann, ..base }));
+    add("riemann-coarse", head(), by(near(scene((48, 40), 3)).with_opacity_unit(0.2).unwrap(), Method { slab: SlabForm::Riemann, ..base }));
+    add("sampled-at-the-end", head(), by(near(few()), Method { sample: SampleAt::End, ..base }));
+    add("whole-ends", cloud(20, VoxelType::U8), thin(by(near(few()), Method { ends: Ends::Whole, ..base })));
+    add("eight-bits", cloud(20, VoxelType::U8), thin(by(near(s()), Method { target: Target::Unorm8, ..base })));
+    add(
+        "eight-bits-back-to-front",
+        cloud(20, VoxelType::U8),
+        thin(by(near(s()).with_order(Order::BackToFront), Method { target: Target::Unorm8, ..base })),
+    );
+    let kept = Method { accumulation: Accumulation::Compensated, ..base };
+    add("compensated", head(), by(near(s()), kept));
+    add("compensated-back-to-front", head(), by(near(s()).with_order(Order::BackToFront), kept));
+    add("compensated-to-the-end", head(), by(looked(s(), 30.0, 20.0, 0.0, 1.3, PARALLEL).with_terminate(0.0).unwrap(), kept));
+    add("many-slices", cloud(16, VoxelType::U8), thin(looked(scene((12, 10), 2500), 30.0, 20.0, 0.0, 1.3, PARALLEL)));
+    add("extrapolated", head(), by(near(few()), Method { extrapolate: true, ..base }));
+    add("extrapolated-pairs", head(), by(near(few()), Method { extrapolate: true, ..pairs }));
+    add("transparent-background", head(), looked(s(), 30.0, 50.0, 0.0, 1.3, WIDE).with_background(Straight::default()).unwrap());
+    opengl(&mut list);
+    list
+}
+
+/// OpenGL's fixed functions.
+fn opengl(list: &mut Vec<Sample>) {
+    let mut add = |name, volume: Volume, scene: Scene| list.push(Sample { name, volume, scene });
     let gl = |s: Scene, state: OpenGl, method: Method| s.with_opengl(state).unwrap().with_method(method).unwrap();
     let view = |s: Scene| looked(s, 30.0, 20.0, 0.0, 2.0, WIDE);
+    let s = || scene((48, 40), 50);
     let eight = Method { target: Target::Unorm8, ..Method::default() };
     add("opengl", head(), gl(view(s()), OpenGl::default(), eight));
-    add("opengl-f32", cloud(20, VoxelType::I16), thin(gl(view(s()), OpenGl::default(), Method::default())));
-    add("opengl-16", cloud(20, VoxelType::F32), thin(gl(view(s()), OpenGl::straight(), Method { target: Target::Unorm16, ..eight })));
+    add("opengl-f32", cloud(20, VoxelType::I16), gl(view(s()), OpenGl::default(), Method::default()).with_transfer(soft()));
+    add(
+        "opengl-16",
+        cloud(20, VoxelType::F32),
+        gl(view(s()), OpenGl::straight(), Method { target: Target::Unorm16, ..eight }).with_transfer(soft()),
+    );
     let fixed = OpenGl { filter_arithmetic: Arithmetic::Fixed, ..OpenGl::default() };
     add("opengl-pre", cloud(20, VoxelType::U8), gl(view(s()), fixed, Method { classification: Classification::Pre, ..eight }));
     let nearest = Method { filter: Filter::Nearest, ..eight };
@@ -254,10 +318,8 @@ pub(crate) fn samples() -> Vec<Sample> {
         min_filter: Some(Filter::Nearest),
         ..OpenGl::straight()
     };
-    let fogged = foggy(view(s()), FogMode::Exp2 { density: 0.02 }, FogDistance::Radial, literal);
+    let fogged = foggy(view(s()), FogMode::Exp2 { density: 0.02 }, FogDistance::Radial, FogWeighting::Literal);
     add("opengl-fog", head(), gl(fogged, vertex, Method::default()));
     let highest = OpenGl::default().with_blend(BlendFunction { equation: Equation::Max, source: Factor::One, destination: Factor::One });
-    add("opengl-max", head(), shown(gl(view(s()), highest, eight)));
-    add("transparent-background", head(), looked(s(), 30.0, 50.0, 0.0, 1.3, WIDE).with_background(Straight::default()).unwrap());
-    list
+    add("opengl-max", head(), gl(view(s()), highest, eight).with_transfer(strong()));
 }
