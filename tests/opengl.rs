@@ -266,13 +266,14 @@ fn states_outside_their_range_are_refused_by_name() {
     assert!(Fog::new(FogMode::Exp2 { density: -0.5 }, [0.0; 3]).unwrap_err().to_string().contains("density -0.5"));
     let drawn = scene(constant([1.0; 3], 0.5), 4).with_opengl(usual).unwrap();
     let unsuited = [
-        drawn.clone().with_slices(Slicing::Tolerance(0.1)),
+        drawn.clone().with_method(Method::default()).and_then(|s| s.with_slices(Slicing::Tolerance(0.1))),
         drawn.clone().with_blend(slicestack::scene::Blend::Mip),
         drawn.clone().with_method(Method { classification: Classification::PreIntegrated, ..Method::default() }),
         drawn.clone().with_method(Method { extrapolate: true, ..Method::default() }),
         scene(constant([1.0; 3], 0.5), 4).with_method(Method { target: Target::Unorm16, ..Method::default() }),
     ];
     for refused in unsuited {
-        assert!(refused.unwrap_err().to_string().contains("profile opengl"));
+        let says = refused.unwrap_err().to_string();
+        assert!(says.contains("profile opengl"), "{says}");
     }
 }
