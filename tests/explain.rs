@@ -131,6 +131,7 @@ fn bad_input_is_told_in_one_line_and_leaves_nothing() {
         (&["-o", "-"], 2, &["folder"]),
         (&["--json", "file.txt"], 2, &["file.txt", "no JSON"]),
         (&["--json", "no/r.json"], 1, &["no/r.json"]),
+        (&["--render.profile", "opengl"], 1, &["profile opengl"]),
         (&["--camera.azimuth", "north"], 2, &["camera.azimuth"]),
     ] {
         let line = refused(dir.path(), &small(args), status);

@@ -28,7 +28,7 @@ impl Watch for Upto {
 /// end: 12 pictures a second, the last for two seconds.
 ///
 /// # Errors
-/// As [`Renderer::render`]; [`Error::Invalid`] when the whole box lies behind the eye; whatever `each` says.
+/// As [`Renderer::render`]; [`Error::Invalid`] when the whole box lies behind the eye or the scene is of the profile `opengl`; whatever `each` says.
 pub fn build_up(
     volume: &Volume,
     scene: &Scene,

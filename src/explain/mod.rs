@@ -132,7 +132,7 @@ impl Explanation {
 /// A scene with a tolerance is explained with the slices that the pixel's block takes, everywhere.
 ///
 /// # Errors
-/// [`Error::Invalid`] when the pixel lies outside the picture or its ray misses the box, when the slices are none of the stack's or
+/// [`Error::Invalid`] for scenes of the profile `opengl`, when the pixel lies outside the picture or its ray misses the box, when the slices are none of the stack's or
 /// too many, and when nothing of the box is in the picture; else as [`Renderer::render`].
 pub fn explain(volume: &Volume, scene: &Scene, settings: &Settings, request: &Request) -> Result<Explanation> {
     let mut renderer = Renderer::new(volume, plain(settings));
@@ -236,6 +236,9 @@ struct Steady {
 
 /// Renders `scene`; where its slices vary from block to block, again with those that the pixel's block takes.
 fn steady(renderer: &mut Renderer<'_>, scene: &Scene, pixel: Option<(u32, u32)>) -> Result<Steady> {
+    if scene.opengl().is_some() {
+        return Err(Error::invalid("the profile opengl draws without the stages that are explained here; choose accurate"));
+    }
     let mut notes = Vec::new();
     let mut scene = scene.clone();
     if scene.method().extrapolate {
