@@ -2,10 +2,12 @@
 
 use crate::fragment::{Frame, FrameFog};
 use crate::lanes::Level;
-use crate::plan::{self, Layout, Needs, Scaling};
+use crate::plan::{self, Classes, Needs, Scaling, Slab};
 use crate::proxy::Stack;
-use crate::raster::{BlockMask, Counters, Occupancy, Resolve, Watch, Work, render_tiles};
-use crate::scene::{Blend, Fog, FogWeighting, Premultiplied, Scene, Slicing, TransferFunction, View};
+use crate::raster::{BlockMask, Counters, Occupancy, Outer, Resolve, Watch, Work, render_tiles};
+use crate::scene::{
+    Blend, Ends, Fog, FogDistance, FogWeighting, Premultiplied, SampleAt, Scene, SlabForm, Slicing, TransferFunction, View,
+};
 use crate::target::Picture;
 use crate::tolerance;
 use crate::volume::bricks::Bricks;
@@ -55,8 +57,10 @@ struct VolumeData {
 /// What depends on the volume, the transfer function and the thickness of a slab.
 struct TransferData {
     transfer: TransferFunction,
-    ratio: f64,
-    layout: Layout,
+    slab: Slab,
+    /// Whether the table is over pairs of values.
+    pairs: bool,
+    classes: Classes,
     table: crate::lanes::LookupTable,
     occupancy: Occupancy,
 }
@@ -107,7 +111,7 @@ impl<'v> Renderer<'v> {
 
     /// As [`Renderer::render_watched`], on the current thread pool.
     fn render_here<W: Watch>(&mut self, scene: &Scene) -> Result<(Picture, RenderStats, W)> {
-        if scene.method() != crate::scene::Method::default() {
+        if scene.method().extrapolate {
             return Err(Error::invalid("this method is not offered yet"));
         }
         if self.settings.tile == Some(0) {
@@ -228,10 +232,13 @@ impl<'v> Renderer<'v> {
         let transfer_data = clock.prepare(|| {
             let unit = scene.opacity_unit().unwrap_or_else(|| volume.grid().smallest_spacing());
             let ratio = if stack.is_empty() { 1.0 } else { stack.spacing / unit };
+            let method = plan::method(scene);
+            let slab = Slab { ratio, form: method.slab };
+            let pairs = method.is_pre_integrated();
             let kept = self.transfer_data.take().filter(|t| t.transfer == *scene.transfer());
             self.transfer_data.insert(match kept {
-                Some(kept) if kept.ratio == ratio => kept,
-                kept => prepare_transfer(scene.transfer(), ratio, volume, bricks, kept),
+                Some(kept) if kept.slab == slab && kept.pairs == pairs => kept,
+                kept => prepare_transfer(scene.transfer(), (slab, pairs), volume, bricks, kept),
             })
         });
         let (frame, split) = make_frame(scene, volume, packed.as_ref(), scaling, transfer_data, terminate);
@@ -247,6 +254,15 @@ impl<'v> Renderer<'v> {
             whole: stages.whole,
             partial: stages.partial,
             start: start_values(scene.blend()),
+            radial: needs.fog == Some(FogDistance::Radial),
+            outer: match (needs.method.is_pre_integrated(), needs.method.ends) {
+                (false, Ends::Partial) => Outer::Partial,
+                (false, Ends::Whole) => Outer::Whole,
+                (true, Ends::Partial) => Outer::Between,
+                (true, Ends::Whole) => Outer::WholeBetween,
+            },
+            pairs: stages.pairs,
+            sample: if needs.method.sample == SampleAt::End { 0.5 } else { 0.0 },
         };
         let resolve = Resolve {
             blend: scene.blend(),
@@ -257,6 +273,7 @@ impl<'v> Renderer<'v> {
             scale: scaling.scale,
             offset: scaling.offset,
             low: f64::from(frame.table_low),
+            bounded: needs.method.slab == SlabForm::Exponential,
         };
         let mut counters = Counters::default();
         if stack.is_empty() {
@@ -358,26 +375,32 @@ fn slice_count(slicing: Slicing, volume: &Volume, view: &View) -> Result<u64> {
     })
 }
 
-/// Table and occupancy of a transfer function for slabs `ratio` reference lengths thick.
+/// Table and occupancy of a transfer function for slabs like `slab`.
 ///
 /// What `kept` holds for another thickness serves again where it does not depend on it.
-fn prepare_transfer(transfer: &TransferFunction, ratio: f64, volume: &Volume, bricks: &Bricks, kept: Option<TransferData>) -> TransferData {
+fn prepare_transfer(
+    transfer: &TransferFunction,
+    (slab, pairs): (Slab, bool),
+    volume: &Volume,
+    bricks: &Bricks,
+    kept: Option<TransferData>,
+) -> TransferData {
     let (slope, intercept) = volume.rescale();
     let value = |stored: f64| stored * slope + intercept;
     // In the order of the data's units, whatever the sign of the slope.
     let sorted = |lo: f64, hi: f64| if slope < 0.0 { (value(hi), value(lo)) } else { (value(lo), value(hi)) };
     let (min, max) = bricks.range;
     let range = if min <= max { sorted(min, max) } else { (0.0, 0.0) };
-    let layout = Layout::new(transfer, range, ratio);
-    let table = layout.table(transfer, ratio);
-    let occupancy = match kept.filter(|k| k.layout == layout) {
+    let classes = Classes::new(transfer, range, slab, pairs);
+    let table = classes.table(transfer, slab);
+    let occupancy = match kept.filter(|k| k.classes == classes) {
         Some(kept) => kept.occupancy,
         None => Occupancy::new(bricks, volume.grid().dims(), |lo, hi| {
             let (lo, hi) = sorted(lo, hi);
-            layout.opaque_within(lo, hi)
+            classes.opaque_within(lo, hi)
         }),
     };
-    TransferData { transfer: transfer.clone(), ratio, layout, table, occupancy }
+    TransferData { transfer: transfer.clone(), slab, pairs, classes, table, occupancy }
 }
 
 /// Constants of the frame, and whether the table's scale has to be applied in two steps.
@@ -391,8 +414,9 @@ fn make_frame<'v>(
 ) -> (Frame<'v>, bool) {
     let [nx, ny, nz] = volume.grid().dims();
     let stride = |n: usize, stride: usize| if n > 1 { stride } else { 0 };
-    let (low, high) = (scaling.number(data.layout.low), scaling.number(data.layout.high));
-    let last = data.layout.last();
+    let (low, high) = data.classes.range();
+    let (low, high) = (scaling.number(low), scaling.number(high));
+    let last = data.classes.last();
     let scale = if last == 0 { 0.0 } else { last as f64 / (high - low) };
     let split = scale != 0.0 && !(1e-30..1e30).contains(&scale.abs());
     let table_scale = if split {

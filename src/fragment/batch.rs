@@ -68,6 +68,12 @@ pub(crate) struct PixelBlock {
     pub(crate) color: [[f32; BATCH]; 3],
     /// Transmittance left; projections keep the path length so far.
     pub(crate) transmittance: [f32; BATCH],
+    /// Values at the rays' entries: for slabs between two values.
+    pub(crate) entry: [f32; BATCH],
+    /// Values at the last slice and at the one before it.
+    pub(crate) previous: [[f32; BATCH]; 2],
+    /// What rounding has added to red, green, blue and transmittance so far: for compensated sums.
+    pub(crate) excess: [[f32; BATCH]; 4],
     /// Pixels whose coverage the ray's interval leaves in doubt, one bit each: edge functions decide slice by slice.
     pub(crate) doubt: u64,
     /// Whether any pixel still takes light. Blending stages keep it up to date.
@@ -83,6 +89,8 @@ pub(crate) struct Batch {
     pub(crate) depth: f32,
     /// Fog factor of the slice, where fog is planar.
     pub(crate) fog: f32,
+    /// Fog factor of each fragment, where fragments of one batch lie at depths of their own.
+    pub(crate) fog_each: [f32; BATCH],
     /// Bit i: fragment i is covered.
     pub(crate) mask: u64,
     /// Index coordinates of pixel 0 relative to the base voxel.
@@ -128,6 +136,7 @@ impl Batch {
             slice: 0,
             depth: 0.0,
             fog: 1.0,
+            fog_each: [1.0; BATCH],
             mask: 0,
             origin: [0.0; 3],
             across: [0.0; 3],
@@ -154,6 +163,9 @@ impl Batch {
                 plane_squared: [0.0; BATCH],
                 color: [[0.0; BATCH]; 3],
                 transmittance: [1.0; BATCH],
+                entry: [0.0; BATCH],
+                previous: [[0.0; BATCH]; 2],
+                excess: [[0.0; BATCH]; 4],
                 doubt: 0,
                 alive: true,
             },

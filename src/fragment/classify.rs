@@ -6,24 +6,80 @@ use crate::lanes::{Kernel, Lanes};
 /// One linear lookup a fragment. `SPLIT` scales in two steps, for ranges whose scale leaves f32.
 pub(crate) struct Classify<const SPLIT: bool>;
 
+/// Position in the table of a value, constant beyond the table's ends.
+#[inline(always)]
+pub(super) fn position<L: Lanes, const SPLIT: bool>(frame: &Frame<'_>, value: L::F) -> L::F {
+    let mut x = L::mul(L::sub(value, L::splat(frame.table_low)), L::splat(frame.table_scale[0]));
+    if SPLIT {
+        x = L::mul(x, L::splat(frame.table_scale[1]));
+    }
+    L::min(L::max(x, L::splat(0.0)), L::splat(frame.table_last))
+}
+
+/// Keeps row `r` of a batch's colours and opacities.
+#[inline(always)]
+pub(super) fn keep<L: Lanes>(batch: &mut Batch, r: usize, [red, green, blue, alpha]: [L::F; 4]) {
+    L::store(red, row_mut(&mut batch.color[0], r));
+    L::store(green, row_mut(&mut batch.color[1], r));
+    L::store(blue, row_mut(&mut batch.color[2], r));
+    L::store(alpha, row_mut(&mut batch.alpha, r));
+}
+
+#[inline(always)]
+fn classify<L: Lanes, const SPLIT: bool>(frame: &Frame<'_>, value: L::F) -> [L::F; 4] {
+    let x = position::<L, SPLIT>(frame, value);
+    let index = L::trunc(x);
+    L::lookup(&frame.table, index, L::sub(x, L::to_f(index)))
+}
+
 impl<'v, const SPLIT: bool> Kernel<Frame<'v>, Batch> for Classify<SPLIT> {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
-        let (low, last) = (L::splat(frame.table_low), L::splat(frame.table_last));
-        let (scale, more) = (L::splat(frame.table_scale[0]), L::splat(frame.table_scale[1]));
         for r in 0..SIDE {
-            let mut x = L::mul(L::sub(L::load(row(&batch.value, r)), low), scale);
-            if SPLIT {
-                x = L::mul(x, more);
-            }
-            // Constant beyond the table's ends.
-            let x = L::min(L::max(x, L::splat(0.0)), last);
-            let index = L::trunc(x);
-            let [red, green, blue, alpha] = L::lookup(&frame.table, index, L::sub(x, L::to_f(index)));
-            L::store(red, row_mut(&mut batch.color[0], r));
-            L::store(green, row_mut(&mut batch.color[1], r));
-            L::store(blue, row_mut(&mut batch.color[2], r));
-            L::store(alpha, row_mut(&mut batch.alpha, r));
+            let color = classify::<L, SPLIT>(frame, L::load(row(&batch.value, r)));
+            keep::<L>(batch, r, color);
+        }
+    }
+}
+
+/// Pre-classification: the eight voxels around each fragment become premultiplied colours, and those are interpolated.
+pub(crate) struct ClassifyCorners<const SPLIT: bool>;
+
+/// Corner `c` of row `r`, classified; transparent where it is NaN or infinite.
+#[inline(always)]
+fn corner<L: Lanes, const SPLIT: bool>(frame: &Frame<'_>, batch: &Batch, c: usize, r: usize) -> [L::F; 4] {
+    let value = L::load(row(&batch.corners.0[c], r));
+    let finite = L::and(L::le(value, L::splat(f32::MAX)), L::le(L::splat(f32::MIN), value));
+    let [red, green, blue, alpha] = classify::<L, SPLIT>(frame, L::select(finite, value, L::splat(frame.table_low)));
+    [L::keep(finite, red), L::keep(finite, green), L::keep(finite, blue), L::keep(finite, alpha)]
+}
+
+/// a + t (b - a), component by component.
+#[inline(always)]
+pub(super) fn lerp<L: Lanes>(a: [L::F; 4], b: [L::F; 4], t: L::F) -> [L::F; 4] {
+    [mix::<L>(a[0], b[0], t), mix::<L>(a[1], b[1], t), mix::<L>(a[2], b[2], t), mix::<L>(a[3], b[3], t)]
+}
+
+#[inline(always)]
+fn mix<L: Lanes>(a: L::F, b: L::F, t: L::F) -> L::F {
+    L::add(a, L::mul(t, L::sub(b, a)))
+}
+
+impl<'v, const SPLIT: bool> Kernel<Frame<'v>, Batch> for ClassifyCorners<SPLIT> {
+    #[inline(always)]
+    fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
+        for r in 0..SIDE {
+            let x = L::load(row(&batch.weight[0], r));
+            let y = L::load(row(&batch.weight[1], r));
+            let z = L::load(row(&batch.weight[2], r));
+            let e00 = lerp::<L>(corner::<L, SPLIT>(frame, batch, 0, r), corner::<L, SPLIT>(frame, batch, 1, r), x);
+            let e10 = lerp::<L>(corner::<L, SPLIT>(frame, batch, 2, r), corner::<L, SPLIT>(frame, batch, 3, r), x);
+            let near = lerp::<L>(e00, e10, y);
+            let e01 = lerp::<L>(corner::<L, SPLIT>(frame, batch, 4, r), corner::<L, SPLIT>(frame, batch, 5, r), x);
+            let e11 = lerp::<L>(corner::<L, SPLIT>(frame, batch, 6, r), corner::<L, SPLIT>(frame, batch, 7, r), x);
+            let far = lerp::<L>(e01, e11, y);
+            let color = lerp::<L>(near, far, z);
+            keep::<L>(batch, r, color);
         }
     }
 }

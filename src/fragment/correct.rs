@@ -28,3 +28,19 @@ impl<'v> Kernel<Frame<'v>, Batch> for Correct {
         }
     }
 }
+
+/// The same for Riemann's slabs: opacity and colour grow with length, whatever they come to.
+pub(crate) struct CorrectRiemann;
+
+impl<'v> Kernel<Frame<'v>, Batch> for CorrectRiemann {
+    #[inline(always)]
+    fn run<L: Lanes>(_: &Frame<'v>, batch: &mut Batch) {
+        for r in 0..SIDE {
+            let length = L::load(row(&batch.length, r));
+            for channel in batch.color.iter_mut().chain([&mut batch.alpha]) {
+                let c = row_mut(channel, r);
+                L::store(L::mul(L::load(c), length), c);
+            }
+        }
+    }
+}

@@ -1,6 +1,6 @@
 //! Trilinear lookup in the voxels' own type.
 
-use super::batch::{Batch, Frame, SIDE, row, row_mut};
+use super::batch::{BATCH, Batch, Frame, SIDE, row, row_mut};
 use crate::lanes::{Kernel, Lanes, Pairs};
 use crate::volume::{Voxels, with_voxels};
 
@@ -187,6 +187,41 @@ impl<'v, const FAR: bool> Kernel<Frame<'v>, Batch> for FetchAny<FAR> {
             ];
             trilinear::<L>(edges, batch, r);
         }
+    }
+}
+
+/// The voxel nearest to each fragment, any type.
+pub(crate) struct FetchNearest<const FAR: bool>;
+
+impl<'v, const FAR: bool> Kernel<Frame<'v>, Batch> for FetchNearest<FAR> {
+    #[inline(always)]
+    fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
+        let upper = |weight: &[f32; BATCH], i: usize, stride: usize| if weight[i] >= 0.5 { stride } else { 0 };
+        let mut step = [0; BATCH];
+        for i in 0..BATCH {
+            let [sx, sy, sz] = frame.strides;
+            step[i] = upper(&batch.weight[0], i, sx) + upper(&batch.weight[1], i, sy) + upper(&batch.weight[2], i, sz);
+        }
+        with_voxels!(frame.voxels, v => {
+            let offset = |i: usize| if FAR { batch.far_offset[i] as usize } else { batch.offset[i] as usize };
+            batch.cells.each(v, |i| offset(i) + step[i], frame.to_f32, &mut batch.value);
+        });
+    }
+}
+
+/// The eight voxels around each fragment, any type, not interpolated yet.
+pub(crate) struct FetchCorners<const FAR: bool>;
+
+impl<'v, const FAR: bool> Kernel<Frame<'v>, Batch> for FetchCorners<FAR> {
+    #[inline(always)]
+    fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
+        with_voxels!(frame.voxels, v => {
+            if FAR {
+                batch.cells.far_corners(v, &batch.far_offset, frame.to_f32, &mut batch.corners);
+            } else {
+                batch.cells.corners(v, &batch.offset, frame.to_f32, &mut batch.corners);
+            }
+        });
     }
 }
 

@@ -10,6 +10,9 @@ pub(crate) struct FogPlanar;
 /// A factor for each fragment, from its distance to the eye.
 pub(crate) struct FogRadial;
 
+/// A factor for each fragment, given.
+pub(crate) struct FogEach;
+
 /// Mixes row `r` with the fog colour by factor `f`.
 #[inline(always)]
 fn mix<L: Lanes>(batch: &mut Batch, r: usize, f: L::F, color: [f32; 3], weighted: bool) {
@@ -27,6 +30,17 @@ impl<'v> Kernel<Frame<'v>, Batch> for FogPlanar {
         let Some(fog) = frame.fog else { return };
         let f = L::splat(batch.fog);
         for r in 0..SIDE {
+            mix::<L>(batch, r, f, fog.color, fog.weighted);
+        }
+    }
+}
+
+impl<'v> Kernel<Frame<'v>, Batch> for FogEach {
+    #[inline(always)]
+    fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
+        let Some(fog) = frame.fog else { return };
+        for r in 0..SIDE {
+            let f = L::load(row(&batch.fog_each, r));
             mix::<L>(batch, r, f, fog.color, fog.weighted);
         }
     }

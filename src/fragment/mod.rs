@@ -16,18 +16,20 @@ mod classify;
 mod correct;
 mod fetch;
 mod fog;
+mod pair;
 pub(crate) mod project;
 mod span;
 mod texcoord;
 
 pub(crate) use batch::{Batch, Frame, FrameFog, PixelBlock};
-pub(crate) use blend::{BlendBack, BlendFront, MaskStage};
-pub(crate) use classify::Classify;
-pub(crate) use correct::Correct;
-pub(crate) use fetch::{FetchAny, FetchPacked8, FetchPairs8, FetchPairs16, Guard};
-pub(crate) use fog::{FogPlanar, FogRadial};
+pub(crate) use blend::{BlendBack, BlendFront, Compensated, MaskStage, Plain, Store, Unorm8};
+pub(crate) use classify::{Classify, ClassifyCorners};
+pub(crate) use correct::{Correct, CorrectRiemann};
+pub(crate) use fetch::{FetchAny, FetchCorners, FetchNearest, FetchPacked8, FetchPairs8, FetchPairs16, Guard};
+pub(crate) use fog::{FogEach, FogPlanar, FogRadial};
+pub(crate) use pair::{ClassifyPair, KeepValue};
 pub(crate) use project::{ProjectAdd, ProjectAverage, ProjectIso, ProjectLmip, ProjectMax, ProjectMin};
-pub(crate) use span::Span;
+pub(crate) use span::{Span, SpanPair};
 pub(crate) use texcoord::{Texcoord, TexcoordFar};
 
 /// One stage, compiled for one instruction set.

@@ -92,6 +92,7 @@ fn batch(n: &mut Numbers) -> Box<Batch> {
 fn bits(b: &Batch) -> Vec<u64> {
     let mut all = vec![b.mask, u64::from(b.pixels.alive)];
     all.extend(b.offset.iter().map(|&o| o as u64));
+    all.extend(b.pixels.excess.iter().flatten().map(|x| u64::from(x.to_bits())));
     all.extend(b.far_offset);
     let floats = b.weight.iter().chain(&b.color).chain(&b.pixels.color).chain([&b.value, &b.alpha, &b.length, &b.pixels.transmittance]);
     all.extend(floats.flatten().map(|x: &f32| if x.is_nan() { u64::MAX } else { u64::from(x.to_bits()) }));
@@ -138,6 +139,7 @@ fn clone_into(from: &Batch, to: &mut Batch) {
     (to.cells, to.offset, to.far_offset, to.weight) = (from.cells, from.offset, from.far_offset, from.weight);
     (to.value, to.color, to.alpha, to.length) = (from.value, from.color, from.alpha, from.length);
     to.pixels = from.pixels.clone();
+    to.corners = from.corners.clone();
 }
 
 fn texcoord(frame: &Frame<'_>, batch: &mut Batch) {
@@ -145,6 +147,13 @@ fn texcoord(frame: &Frame<'_>, batch: &mut Batch) {
 }
 fn texcoord_far(frame: &Frame<'_>, batch: &mut Batch) {
     Level::SCALAR.kernel::<TexcoordFar, Frame<'_>, Batch>()(frame, batch);
+}
+
+fn corners(frame: &Frame<'_>, batch: &mut Batch) {
+    Level::SCALAR.kernel::<FetchCorners<false>, Frame<'_>, Batch>()(frame, batch);
+}
+fn corners_far(frame: &Frame<'_>, batch: &mut Batch) {
+    Level::SCALAR.kernel::<FetchCorners<true>, Frame<'_>, Batch>()(frame, batch);
 }
 
 #[test]
@@ -163,9 +172,20 @@ fn every_stage_equals_its_scalar_twin() {
     twin::<FogPlanar>("planar fog", &[], &[U8]);
     twin::<FogRadial>("radial fog", &[], &[U8]);
     twin::<MaskStage>("mask", &[], &[U8]);
-    twin::<BlendFront<true>>("front to back", &[], &[U8]);
-    twin::<BlendFront<false>>("front to back to the end", &[], &[U8]);
-    twin::<BlendBack>("back to front", &[], &[U8]);
+    twin::<BlendFront<Plain, true>>("front to back", &[], &[U8]);
+    twin::<BlendFront<Plain, false>>("front to back to the end", &[], &[U8]);
+    twin::<BlendBack<Plain>>("back to front", &[], &[U8]);
+    twin::<BlendFront<Compensated, true>>("front to back, compensated", &[], &[U8]);
+    twin::<BlendFront<Compensated, false>>("front to back to the end, compensated", &[], &[U8]);
+    twin::<BlendBack<Compensated>>("back to front, compensated", &[], &[U8]);
+    twin::<BlendFront<Unorm8, true>>("front to back in 8 bits", &[], &[U8]);
+    twin::<BlendFront<Unorm8, false>>("front to back to the end in 8 bits", &[], &[U8]);
+    twin::<BlendBack<Unorm8>>("back to front in 8 bits", &[], &[U8]);
+    twin::<FetchNearest<false>>("fetch nearest", &[texcoord], &VoxelType::ALL);
+    twin::<FetchNearest<true>>("fetch nearest far", &[texcoord_far], &VoxelType::ALL);
+    twin::<CorrectRiemann>("correct riemann", &[], &[U8]);
+    twin::<ClassifyCorners<false>>("classify corners", &[texcoord, corners], &VoxelType::ALL);
+    twin::<ClassifyCorners<true>>("classify corners in two steps", &[texcoord_far, corners_far], &VoxelType::ALL);
     twin::<ProjectMax>("max", &[], &[U8]);
     twin::<ProjectMin>("min", &[], &[U8]);
     twin::<ProjectAverage>("average", &[], &[U8]);

@@ -100,6 +100,17 @@ impl CellLoad {
         }
     }
 
+    /// Loads the voxel at `base + offset(i)` for fragment i; every index is checked.
+    ///
+    /// # Panics
+    /// When a voxel lies outside `voxels`: a bug of the caller's.
+    #[inline(always)]
+    pub(crate) fn each<T: Voxel>(&self, voxels: &[T], offset: impl Fn(usize) -> usize, map: Option<ToF32>, out: &mut [f32; BATCH]) {
+        for i in 0..BATCH {
+            out[i] = convert(voxels[self.base + offset(i)], map);
+        }
+    }
+
     /// Loads two neighbours along x at a time, for 8-bit voxels. Needs a stride of 1 along x.
     ///
     /// # Panics

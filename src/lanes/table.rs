@@ -37,6 +37,19 @@ impl LookupTable {
         Self { mask: len as u32 - 1, entries }
     }
 
+    /// A table of rows of `side` colours each, which interpolates within rows; row r begins at entry r `side`.
+    pub(crate) fn rows(colors: &[[f32; 4]], side: usize) -> Self {
+        let len = colors.len().max(1).next_power_of_two();
+        let mut entries = vec![Entry::default(); len];
+        for (row, colors) in entries.chunks_mut(side).zip(colors.chunks(side)) {
+            for (j, entry) in row.iter_mut().enumerate().take(colors.len()) {
+                let (a, b) = (colors[j], colors[(j + 1).min(colors.len() - 1)]);
+                *entry = Entry { value: a, step: std::array::from_fn(|c| b[c] - a[c]) };
+            }
+        }
+        Self { mask: len as u32 - 1, entries }
+    }
+
     /// Entry `index` modulo the length.
     #[inline(always)]
     pub(crate) fn get(&self, index: i32) -> &Entry {

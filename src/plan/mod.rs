@@ -1,15 +1,21 @@
 //! The plan: from scene and settings to slices, tables and stages, and to the list of what a scene does not need.
 
+mod classes;
 mod left_out;
+mod pairs;
 mod table;
 
+pub(crate) use classes::Classes;
 pub(crate) use left_out::{counted, planned};
-pub(crate) use table::Layout;
+use pairs::Pairs;
+use table::Layout;
+pub(crate) use table::Slab;
 
 use crate::fragment::*;
 use crate::lanes::{Level, ToF32};
 use crate::proxy::Stack;
-use crate::scene::{Blend, Fog, FogDistance, FogWeighting, Order, Scene};
+use crate::raster::PairWork;
+use crate::scene::{Accumulation, Blend, Classification, Filter, Fog, FogDistance, FogWeighting, Method, Order, Scene, SlabForm, Target};
 use crate::volume::bricks::Bricks;
 use crate::volume::{Volume, VoxelType};
 
@@ -67,6 +73,8 @@ pub(crate) struct Stages<'v> {
     pub(crate) span: Stage<'v>,
     pub(crate) whole: Vec<Stage<'v>>,
     pub(crate) partial: Vec<Stage<'v>>,
+    /// More lookups, where slabs lie between slices.
+    pub(crate) pairs: Option<PairWork<'v>>,
 }
 
 /// What a frame needs, decided before the first pixel.
@@ -81,6 +89,9 @@ pub(crate) struct Needs {
     pub(crate) far: bool,
     pub(crate) split_scale: bool,
     pub(crate) skip: bool,
+    pub(crate) method: Method,
+    /// Whether sums are compensated.
+    pub(crate) compensated: bool,
 }
 
 /// [`Blend`] without its numbers.
@@ -109,11 +120,20 @@ impl Needs {
         let colors = matches!(blend, BlendKind::Over | BlendKind::Add);
         let fog = scene.fog().filter(|_| colors);
         let literal = fog.is_some_and(|f| f.weighting() == FogWeighting::Literal);
-        let order = if blend == BlendKind::Over { scene.order() } else { Order::FrontToBack };
+        let method = method(scene);
+        // Values before and behind a slab come in the order of the ray.
+        let order = if blend == BlendKind::Over && !method.is_pre_integrated() { scene.order() } else { Order::FrontToBack };
+        let compensated = match method.accumulation {
+            _ if method.slab == SlabForm::Riemann || method.target == Target::Unorm8 => false,
+            Accumulation::Auto => stack.count >= Accumulation::MANY,
+            Accumulation::Plain => false,
+            Accumulation::Compensated => true,
+        };
         Self {
             blend,
             order,
-            terminate: blend == BlendKind::Over && order == Order::FrontToBack && terminate > 0.0,
+            // Riemann's transmittance may pass below zero and come back.
+            terminate: blend == BlendKind::Over && order == Order::FrontToBack && terminate > 0.0 && method.slab != SlabForm::Riemann,
             guard: bricks.non_finite > 0,
             fog: fog.map(Fog::distance),
             perspective: stack.perspective,
@@ -121,6 +141,8 @@ impl Needs {
             split_scale,
             // Literal fog lights up empty slices: that is its mistake, and it is reproduced.
             skip: colors && !literal,
+            method,
+            compensated: compensated && blend == BlendKind::Over,
         }
     }
 
@@ -129,26 +151,25 @@ impl Needs {
         let stage = |name: &'static str, run: fn(&Frame<'v>, &mut Batch)| Stage { name, run };
         let mut middle: Vec<Stage<'v>> = Vec::new();
         middle.push(stage("texcoord", if self.far { level.kernel::<TexcoordFar, _, _>() } else { level.kernel::<Texcoord, _, _>() }));
-        // Pairs along x need two voxels there.
-        let pairs = !self.far && scaling.to_f32.is_none() && volume.grid().dims()[0] > 1;
-        middle.push(stage(
-            "fetch",
-            match volume.voxels().voxel_type() {
-                VoxelType::U8 | VoxelType::I8 if pairs && packed => level.kernel::<FetchPacked8, _, _>(),
-                VoxelType::U8 | VoxelType::I8 if pairs => level.kernel::<FetchPairs8, _, _>(),
-                VoxelType::U16 | VoxelType::I16 if pairs => level.kernel::<FetchPairs16, _, _>(),
-                _ if self.far => level.kernel::<FetchAny<true>, _, _>(),
-                _ => level.kernel::<FetchAny<false>, _, _>(),
-            },
-        ));
-        if self.guard {
+        let colors = matches!(self.blend, BlendKind::Over | BlendKind::Add);
+        let nearest = self.method.filter == Filter::Nearest;
+        let before = self.method.classification == Classification::Pre && !nearest;
+        middle.push(stage("fetch", self.fetch(volume, packed, scaling, level)));
+        let pairs = self.method.is_pre_integrated() && colors;
+        if self.guard && !before && !pairs {
             middle.push(stage("guard", level.kernel::<Guard, _, _>()));
         }
-        let colors = matches!(self.blend, BlendKind::Over | BlendKind::Add);
-        if colors {
+        if pairs {
+            middle.push(stage("classify", self.classify_pairs(self.method.classification == Classification::SecondOrder, level)));
+        } else if colors {
             middle.push(stage(
                 "classify",
-                if self.split_scale { level.kernel::<Classify<true>, _, _>() } else { level.kernel::<Classify<false>, _, _>() },
+                match (before, self.split_scale) {
+                    (false, false) => level.kernel::<Classify<false>, _, _>(),
+                    (false, true) => level.kernel::<Classify<true>, _, _>(),
+                    (true, false) => level.kernel::<ClassifyCorners<false>, _, _>(),
+                    (true, true) => level.kernel::<ClassifyCorners<true>, _, _>(),
+                },
             ));
         }
         let fog: Option<Stage<'v>> = self.fog.map(|distance| {
@@ -162,22 +183,23 @@ impl Needs {
         });
         let blend = stage(
             "blend",
-            match (self.blend, self.order) {
-                (BlendKind::Over, Order::FrontToBack) if self.terminate => level.kernel::<BlendFront<true>, _, _>(),
-                (BlendKind::Over, Order::FrontToBack) => level.kernel::<BlendFront<false>, _, _>(),
-                (BlendKind::Over, Order::BackToFront) => level.kernel::<BlendBack, _, _>(),
-                (BlendKind::Add, _) => level.kernel::<ProjectAdd, _, _>(),
-                (BlendKind::Max, _) => level.kernel::<ProjectMax, _, _>(),
-                (BlendKind::Min, _) => level.kernel::<ProjectMin, _, _>(),
-                (BlendKind::Average, _) => level.kernel::<ProjectAverage, _, _>(),
-                (BlendKind::Lmip, _) => level.kernel::<ProjectLmip, _, _>(),
-                (BlendKind::Iso, _) => level.kernel::<ProjectIso, _, _>(),
+            match self.blend {
+                BlendKind::Over if self.method.target == Target::Unorm8 => self.over::<Unorm8>(level),
+                BlendKind::Over if self.compensated => self.over::<Compensated>(level),
+                BlendKind::Over => self.over::<Plain>(level),
+                BlendKind::Add => level.kernel::<ProjectAdd, _, _>(),
+                BlendKind::Max => level.kernel::<ProjectMax, _, _>(),
+                BlendKind::Min => level.kernel::<ProjectMin, _, _>(),
+                BlendKind::Average => level.kernel::<ProjectAverage, _, _>(),
+                BlendKind::Lmip => level.kernel::<ProjectLmip, _, _>(),
+                BlendKind::Iso => level.kernel::<ProjectIso, _, _>(),
             },
         );
         let finish = |correct: bool, mask: bool| {
             let mut list = middle.clone();
             if correct && colors {
-                list.push(stage("correct", level.kernel::<Correct, _, _>()));
+                let riemann = self.method.slab == SlabForm::Riemann;
+                list.push(stage("correct", if riemann { level.kernel::<CorrectRiemann, _, _>() } else { level.kernel::<Correct, _, _>() }));
             }
             list.extend(fog);
             if mask && colors {
@@ -186,11 +208,72 @@ impl Needs {
             list.push(blend);
             list
         };
-        Stages {
-            span: stage("span", level.kernel::<Span, _, _>()),
-            whole: finish(self.perspective, self.guard),
-            partial: finish(true, true),
+        let whole = finish(self.perspective, self.guard);
+        let partial = finish(true, true);
+        let pairs = pairs.then(|| {
+            // Texture coordinates are set ray by ray, and each ray leaves at a depth of its own.
+            let after = partial.iter().position(|s| s.name == "classify").map_or(0, |i| i + 1);
+            let mut exit = vec![stage("classify", self.classify_pairs(false, level))];
+            exit.extend(&partial[after..]);
+            if let Some(fog) = exit.iter_mut().find(|s| s.name == "fog") {
+                fog.run = level.kernel::<FogEach, _, _>();
+            }
+            PairWork {
+                lookback: if self.method.classification == Classification::SecondOrder { 2 } else { 1 },
+                keep: vec![middle[0], middle[1], stage("keep", level.kernel::<KeepValue, _, _>())],
+                fetch: middle[1],
+                exit,
+            }
+        });
+        let span = if pairs.is_some() { level.kernel::<SpanPair, _, _>() } else { level.kernel::<Span, _, _>() };
+        Stages { span: stage("span", span), whole, partial, pairs }
+    }
+
+    fn classify_pairs<'v>(&self, second: bool, level: Level) -> fn(&Frame<'v>, &mut Batch) {
+        match (self.split_scale, second) {
+            (false, false) => level.kernel::<ClassifyPair<false, false>, _, _>(),
+            (false, true) => level.kernel::<ClassifyPair<false, true>, _, _>(),
+            (true, false) => level.kernel::<ClassifyPair<true, false>, _, _>(),
+            (true, true) => level.kernel::<ClassifyPair<true, true>, _, _>(),
         }
+    }
+
+    fn fetch<'v>(&self, volume: &Volume, packed: bool, scaling: &Scaling, level: Level) -> fn(&Frame<'v>, &mut Batch) {
+        // Pairs along x need two voxels there.
+        let pairs = !self.far && scaling.to_f32.is_none() && volume.grid().dims()[0] > 1;
+        match (self.method.filter, self.method.classification) {
+            (Filter::Nearest, _) if self.far => return level.kernel::<FetchNearest<true>, _, _>(),
+            (Filter::Nearest, _) => return level.kernel::<FetchNearest<false>, _, _>(),
+            (Filter::Linear, Classification::Pre) if self.far => return level.kernel::<FetchCorners<true>, _, _>(),
+            (Filter::Linear, Classification::Pre) => return level.kernel::<FetchCorners<false>, _, _>(),
+            (Filter::Linear, _) => {}
+        }
+        match volume.voxels().voxel_type() {
+            VoxelType::U8 | VoxelType::I8 if pairs && packed => level.kernel::<FetchPacked8, _, _>(),
+            VoxelType::U8 | VoxelType::I8 if pairs => level.kernel::<FetchPairs8, _, _>(),
+            VoxelType::U16 | VoxelType::I16 if pairs => level.kernel::<FetchPairs16, _, _>(),
+            _ if self.far => level.kernel::<FetchAny<true>, _, _>(),
+            _ => level.kernel::<FetchAny<false>, _, _>(),
+        }
+    }
+
+    fn over<'v, S: Store>(&self, level: Level) -> fn(&Frame<'v>, &mut Batch) {
+        match self.order {
+            Order::FrontToBack if self.terminate => level.kernel::<BlendFront<S, true>, _, _>(),
+            Order::FrontToBack => level.kernel::<BlendFront<S, false>, _, _>(),
+            Order::BackToFront => level.kernel::<BlendBack<S>, _, _>(),
+        }
+    }
+}
+
+/// The scene's method where it matters: projections of values have no slabs.
+pub(crate) fn method(scene: &Scene) -> Method {
+    let method = scene.method();
+    match scene.blend() {
+        Blend::Over => method,
+        // Nothing is hidden, so nothing is rounded on the way.
+        Blend::Add => Method { target: Target::F32, ..method },
+        _ => Method { filter: method.filter, ends: method.ends, sample: method.sample, ..Method::default() },
     }
 }
 

@@ -1,7 +1,7 @@
 //! Sampling a transfer function to a table: how many entries, over which values, and which of them are transparent.
 
 use crate::lanes::LookupTable;
-use crate::scene::TransferFunction;
+use crate::scene::{SlabForm, TransferFunction};
 
 /// Largest difference from the exact function that a table may have, as a share of the strongest slab in it: thin slabs are many,
 /// and their errors add up.
@@ -29,17 +29,31 @@ pub(crate) struct Layout {
     ends: [bool; 2],
 }
 
-/// Slab colour and opacity at a value: premultiplied, for a piece `ratio` reference lengths long (1 - (1 - a)^ratio).
-fn slab(transfer: &TransferFunction, value: f64, ratio: f64) -> [f64; 4] {
-    let color = transfer.eval(value);
-    let alpha = if color.alpha >= 1.0 { 1.0 } else { -libm::expm1(ratio * libm::log1p(-color.alpha)) };
-    let [r, g, b] = color.rgb.map(|c| c * alpha);
+/// What a slab is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Slab {
+    /// Its thickness in reference lengths.
+    pub(crate) ratio: f64,
+    /// What becomes of its extinction.
+    pub(crate) form: SlabForm,
+}
+
+/// Slab colour and opacity at a value: premultiplied, 1 - (1 - a)^ratio; for Riemann's form -ln(1 - a) ratio.
+pub(super) fn color(transfer: &TransferFunction, value: f64, slab: Slab) -> [f64; 4] {
+    let straight = transfer.eval(value);
+    let alpha = match slab.form {
+        SlabForm::Exponential if straight.alpha >= 1.0 => 1.0,
+        SlabForm::Exponential => -libm::expm1(slab.ratio * libm::log1p(-straight.alpha)),
+        // Opacity 1 has no finite extinction; the largest below it has.
+        SlabForm::Riemann => -slab.ratio * libm::log1p(-straight.alpha.min(1.0 - f64::EPSILON / 2.0)),
+    };
+    let [r, g, b] = straight.rgb.map(|c| c * alpha);
     [r, g, b, alpha]
 }
 
 impl Layout {
-    /// A layout for values in [min, max] through `transfer`, fine enough for slabs `ratio` reference lengths thick.
-    pub(crate) fn new(transfer: &TransferFunction, (min, max): (f64, f64), ratio: f64) -> Self {
+    /// A layout for values in [min, max] through `transfer`, fine enough for slabs like `slab`.
+    pub(crate) fn new(transfer: &TransferFunction, (min, max): (f64, f64), slab: Slab) -> Self {
         let knots = transfer.knots();
         let (first, last) = (knots[0], knots[knots.len() - 1]);
         // Beyond its outer knots the function is constant, beyond the data nobody looks. At a step the knot's own value is that of
@@ -57,11 +71,11 @@ impl Layout {
             intervals *= (MOST / 8 / intervals).max(1);
         }
         intervals = intervals.min(MOST);
-        while intervals < MOST && Self::error(transfer, &inner, low, high, intervals, ratio) > TABLE_ERROR {
+        while intervals < MOST && Self::error(transfer, &inner, low, high, intervals, slab) > TABLE_ERROR {
             intervals = (intervals * 2).min(MOST);
         }
         if intervals == MOST {
-            intervals = fitted(transfer, &inner, low, high, ratio);
+            intervals = fitted(transfer, &inner, low, high, slab);
         }
         let width = (high - low) / intervals as f64;
         let entry = |i: usize| transfer.eval(if i == intervals { high } else { low + i as f64 * width }).alpha > 0.0;
@@ -74,15 +88,15 @@ impl Layout {
 
     /// Largest difference between the interpolated table and the function, at `knots` and in the middle of intervals, as a share of
     /// the largest opacity there.
-    fn error(transfer: &TransferFunction, knots: &[f64], low: f64, high: f64, intervals: usize, ratio: f64) -> f64 {
+    fn error(transfer: &TransferFunction, knots: &[f64], low: f64, high: f64, intervals: usize, slab: Slab) -> f64 {
         let width = (high - low) / intervals as f64;
-        let entries: Vec<[f64; 4]> = (0..=intervals).map(|i| slab(transfer, low + i as f64 * width, ratio)).collect();
+        let entries: Vec<[f64; 4]> = (0..=intervals).map(|i| color(transfer, low + i as f64 * width, slab)).collect();
         let mut strongest = entries.iter().fold(0.0, |most: f64, e| most.max(e[3]));
         let mut differ = |value: f64| {
             let x = (value - low) / width;
             let i = (x as usize).min(intervals - 1);
             let (a, b, t) = (entries[i], entries[i + 1], x - i as f64);
-            let exact = slab(transfer, value, ratio);
+            let exact = color(transfer, value, slab);
             strongest = strongest.max(exact[3]);
             (0..4).map(|c| (a[c] + (b[c] - a[c]) * t - exact[c]).abs()).fold(0.0, f64::max)
         };
@@ -91,14 +105,14 @@ impl Layout {
         if strongest > 0.0 { worst / strongest } else { 0.0 }
     }
 
-    /// The table for slabs `ratio` reference lengths thick.
-    pub(crate) fn table(&self, transfer: &TransferFunction, ratio: f64) -> LookupTable {
+    /// The table for slabs like `slab`.
+    pub(crate) fn table(&self, transfer: &TransferFunction, slab: Slab) -> LookupTable {
         if self.high == self.low {
-            return LookupTable::new(&[slab(transfer, self.low, ratio).map(|x| x as f32)]);
+            return LookupTable::new(&[color(transfer, self.low, slab).map(|x| x as f32)]);
         }
         let width = (self.high - self.low) / self.intervals as f64;
         let colors: Vec<[f32; 4]> = (0..=self.intervals)
-            .map(|i| slab(transfer, if i == self.intervals { self.high } else { self.low + i as f64 * width }, ratio).map(|x| x as f32))
+            .map(|i| color(transfer, if i == self.intervals { self.high } else { self.low + i as f64 * width }, slab).map(|x| x as f32))
             .collect();
         LookupTable::new(&colors)
     }
@@ -134,7 +148,7 @@ impl Layout {
 }
 
 /// The smallest number of intervals, of at least [`FEWEST`], that puts every knot on an entry, if it is reasonable.
-fn aligned(knots: &[f64], low: f64, high: f64) -> Option<usize> {
+pub(super) fn aligned(knots: &[f64], low: f64, high: f64) -> Option<usize> {
     let range = high - low;
     // Knots in units of 1/2^s of the data's unit: whole numbers for s up to 4 in all common tables.
     for s in [1.0, 2.0, 4.0, 8.0, 16.0] {
@@ -159,14 +173,14 @@ fn aligned(knots: &[f64], low: f64, high: f64) -> Option<usize> {
 
 /// The number of intervals, up to [`MOST`], whose entries come closest to all knots, weighted by how sharply the function bends
 /// there: for spikes too narrow for any table of that size to resolve by chance.
-fn fitted(transfer: &TransferFunction, knots: &[f64], low: f64, high: f64, ratio: f64) -> usize {
+fn fitted(transfer: &TransferFunction, knots: &[f64], low: f64, high: f64, slab: Slab) -> usize {
     // More knots than these are never all met.
     const KNOTS: usize = 64;
     let gap = knots.windows(2).map(|w| w[1] - w[0]).fold((high - low) * 1e-3, f64::min) * 1e-3;
     let mut bends: Vec<(f64, f64)> = knots
         .iter()
         .map(|&k| {
-            let at = |v: f64| slab(transfer, v, ratio);
+            let at = |v: f64| color(transfer, v, slab);
             let (a, b, c) = (at(k - gap), at(k), at(k + gap));
             (k, (0..4).map(|i| ((c[i] - b[i]) - (b[i] - a[i])).abs() / gap).fold(0.0, f64::max))
         })
@@ -202,20 +216,23 @@ fn gcd(a: u64, b: u64) -> u64 {
 mod tests {
     use super::*;
 
+    const ONE: Slab = Slab { ratio: 1.0, form: SlabForm::Exponential };
+
     fn gray(opacity: Vec<(f64, f64)>) -> TransferFunction {
         TransferFunction::new(vec![(0.0, [0.2, 0.5, 1.0]), (1000.0, [1.0, 0.5, 0.0])], opacity).expect("valid")
     }
 
     fn worst(transfer: &TransferFunction, range: (f64, f64), ratio: f64) -> f64 {
-        let layout = Layout::new(transfer, range, ratio);
-        let table = layout.table(transfer, ratio);
+        let slab = Slab { ratio, form: SlabForm::Exponential };
+        let layout = Layout::new(transfer, range, slab);
+        let table = layout.table(transfer, slab);
         let n = 100_003;
         (0..=n)
             .map(|i| {
                 let value = range.0 + (range.1 - range.0) * f64::from(i) / f64::from(n);
                 let x = ((value - layout.low) / (layout.high - layout.low) * layout.last() as f64).clamp(0.0, layout.last() as f64);
                 let entry = table.get(x as i32);
-                let exact = slab(transfer, value, ratio);
+                let exact = color(transfer, value, slab);
                 (0..4).map(|c| (f64::from(entry.value[c]) + f64::from(entry.step[c]) * x.fract() - exact[c]).abs()).fold(0.0, f64::max)
             })
             .fold(0.0, f64::max)
@@ -244,7 +261,7 @@ mod tests {
     fn whole_number_knots_fall_on_entries() {
         let points: Vec<(f64, f64)> = (0..256).map(|i| (f64::from(i), f64::from(i * 7919 % 256) / 512.0)).collect();
         let transfer = gray(points.clone());
-        let layout = Layout::new(&transfer, (0.0, 255.0), 0.5);
+        let layout = Layout::new(&transfer, (0.0, 255.0), Slab { ratio: 0.5, form: SlabForm::Exponential });
         assert_eq!(layout.intervals % 255, 0);
         assert!(worst(&transfer, (0.0, 255.0), 0.5) < 1.0 / 1024.0);
     }
@@ -252,7 +269,7 @@ mod tests {
     #[test]
     fn transparent_ranges_are_known() {
         let transfer = gray(vec![(100.0, 0.0), (200.0, 0.5), (300.0, 0.0), (500.0, 0.0), (600.0, 0.1)]);
-        let layout = Layout::new(&transfer, (0.0, 1000.0), 1.0);
+        let layout = Layout::new(&transfer, (0.0, 1000.0), ONE);
         assert!(!layout.opaque_within(0.0, 99.0));
         assert!(layout.opaque_within(0.0, 101.0));
         assert!(!layout.opaque_within(310.0, 490.0));
@@ -264,9 +281,9 @@ mod tests {
     #[test]
     fn data_beyond_every_knot_is_one_color() {
         let transfer = gray(vec![(100.0, 0.3), (200.0, 0.5)]);
-        let above = Layout::new(&transfer, (2000.0, 3000.0), 1.0);
-        assert_eq!(above.table(&transfer, 1.0).get(0).value[3], 0.5);
-        let below = Layout::new(&transfer, (-30.0, -20.0), 1.0);
-        assert_eq!(below.table(&transfer, 1.0).get(0).value[3], 0.3f32);
+        let above = Layout::new(&transfer, (2000.0, 3000.0), ONE);
+        assert_eq!(above.table(&transfer, ONE).get(0).value[3], 0.5);
+        let below = Layout::new(&transfer, (-30.0, -20.0), ONE);
+        assert_eq!(below.table(&transfer, ONE).get(0).value[3], 0.3f32);
     }
 }

@@ -26,6 +26,31 @@ pub(crate) struct Beams<'s> {
     stack: &'s Stack,
     sides: Vec<Side>,
     radial: bool,
+    outer: Outer,
+}
+
+/// What the lengths of a ray's outermost pieces are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Outer {
+    /// From the box's face to the far side of the first slab; likewise at the other end.
+    Partial,
+    /// Whole slabs.
+    Whole,
+    /// From the box's face to the first slice, and from the last slice to the box's face: slabs lie between slices.
+    Between,
+    /// Whole slabs that end at their slices.
+    WholeBetween,
+}
+
+impl Outer {
+    fn whole(self) -> bool {
+        matches!(self, Self::Whole | Self::WholeBetween)
+    }
+
+    /// Whether slabs end at their slices.
+    pub(crate) fn between(self) -> bool {
+        matches!(self, Self::Between | Self::WholeBetween)
+    }
 }
 
 /// Slices that matter to a block.
@@ -35,17 +60,19 @@ pub(crate) struct BlockRange {
     pub(crate) any: (i64, i64),
     /// First and last slice that covers every pixel with a whole slab; empty when the first is above the last.
     pub(crate) whole: (i64, i64),
+    /// The last of the pixels' first slices.
+    pub(crate) last_first: i64,
     /// Fragments the block's slices leave in all.
     pub(crate) fragments: u64,
 }
 
 impl BlockRange {
-    const NONE: Self = Self { any: (1, 0), whole: (1, 0), fragments: 0 };
+    const NONE: Self = Self { any: (1, 0), whole: (1, 0), last_first: i64::MIN, fragments: 0 };
 }
 
 impl<'s> Beams<'s> {
     /// Prepares `stack`; `radial` asks for the distances that radial fog needs.
-    pub(crate) fn new(stack: &'s Stack, radial: bool) -> Self {
+    pub(crate) fn new(stack: &'s Stack, radial: bool, outer: Outer) -> Self {
         let (w, h) = (f64::from(stack.view.width), f64::from(stack.view.height));
         let far = stack.far.abs().max(stack.near.abs());
         let sides = stack
@@ -57,7 +84,7 @@ impl<'s> Beams<'s> {
                 Side { a: s.a, b: s.b, c: s.c, g: s.g, error: size * 1e-14 }
             })
             .collect();
-        Self { stack, sides, radial }
+        Self { stack, sides, radial, outer }
     }
 
     /// Fills `pixels` for the block whose first pixel is (x0,y0). `inside(i)` tells which lanes belong to the picture and tile.
@@ -73,6 +100,7 @@ impl<'s> Beams<'s> {
         let mut any = (i64::MAX, i64::MIN);
         let mut whole = (i64::MIN, i64::MAX);
         let mut fragments = 0;
+        let mut last_first = i64::MIN;
         for i in 0..BATCH {
             let (x, y) = (x0 + (i % SIDE) as f64, y0 + (i / SIDE) as f64);
             let ray = match &crossings {
@@ -87,24 +115,30 @@ impl<'s> Beams<'s> {
                 continue;
             }
             (pixels.first[i], pixels.last[i]) = (first as i32, last as i32);
-            if first == last {
-                let length = (ray.exit - ray.entry) as f32;
-                (pixels.first_length[i], pixels.last_length[i]) = (length, length);
-            } else {
-                pixels.first_length[i] = ((first as f64 + 0.5) - ray.entry) as f32;
-                pixels.last_length[i] = (ray.exit - (last as f64 - 0.5)) as f32;
-            }
+            // To the middle of the first slice's slab, and from that of the last.
+            let (to_first, from_last) = (first as f64 - ray.entry, ray.exit - last as f64);
+            (pixels.first_length[i], pixels.last_length[i]) = match self.outer {
+                Outer::Whole | Outer::WholeBetween => (1.0, 1.0),
+                // Rounding may put the face a hair behind the slice.
+                Outer::Between if ray.corner && to_first < 0.0 => (0.0, (ray.exit - ray.entry) as f32),
+                Outer::Between if ray.corner && from_last < 0.0 => ((ray.exit - ray.entry) as f32, 0.0),
+                Outer::Between => (to_first.max(0.0) as f32, from_last.max(0.0) as f32),
+                Outer::Partial if first == last => ((ray.exit - ray.entry) as f32, (ray.exit - ray.entry) as f32),
+                Outer::Partial => (((first as f64 + 0.5) - ray.entry) as f32, (ray.exit - (last as f64 - 0.5)) as f32),
+            };
             any = (any.0.min(first), any.1.max(last));
-            whole = (whole.0.max(first + 1), whole.1.min(last - 1));
+            let (near, far) = if self.outer.whole() { (first, last) } else { (first + 1, last - 1) };
+            whole = (whole.0.max(near), whole.1.min(if self.outer.between() { last } else { far }));
+            last_first = last_first.max(first);
             if ray.doubt {
                 pixels.doubt |= 1 << i;
                 whole = (i64::MAX, i64::MIN);
                 fragments += (first..=last).filter(|&k| stack.covers(k as u64, x, y)).count() as u64;
-            } else {
+            } else if !ray.corner {
                 fragments += (last - first + 1) as u64;
             }
         }
-        BlockRange { any, whole, fragments }
+        BlockRange { any, whole, last_first, fragments }
     }
 
     /// Lengths of the block's rays per unit of depth, or squared distances from the picture's middle, where a stage wants them.
@@ -248,7 +282,12 @@ impl<'s> Beams<'s> {
         let close = (exit + 1.5) as i64 - 1;
         let last =
             if (exit - close as f64).abs() > error { close - i64::from(exit < close as f64) } else { close - i64::from(!covers(close)) };
-        Ray { entry, exit, first, last, doubt }
+        if first > last && !doubt && !self.outer.whole() && exit - entry > error {
+            // The ray cuts a corner of the box between two slices: its one piece is looked up on the nearest of them.
+            let nearest = ((0.5 * (entry + exit) + 0.5) as i64).clamp(0, self.stack.count as i64 - 1);
+            return Ray { entry, exit, first: nearest, last: nearest, doubt, corner: true };
+        }
+        Ray { entry, exit, first, last, doubt, corner: false }
     }
 }
 
@@ -289,10 +328,12 @@ struct Ray {
     first: i64,
     last: i64,
     doubt: bool,
+    /// Whether the ray passes between two slices and meets none.
+    corner: bool,
 }
 
 impl Ray {
-    const MISS: Self = Self { entry: 0.0, exit: 0.0, first: 1, last: 0, doubt: false };
+    const MISS: Self = Self { entry: 0.0, exit: 0.0, first: 1, last: 0, doubt: false, corner: false };
 }
 
 #[cfg(test)]

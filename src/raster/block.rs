@@ -1,7 +1,8 @@
 //! One block of 8 x 8 pixels: its slices in order, those that matter, through the stages.
 
-use super::beam::{Beams, BlockRange};
+use super::beam::{Beams, BlockRange, Outer};
 use super::occupancy::{Content, Occupancy};
+use super::pairs::{Kept, PairWork};
 use super::watch::Watch;
 use crate::fragment::batch::{BATCH, SIDE};
 use crate::fragment::{Batch, Frame, Stage};
@@ -25,6 +26,14 @@ pub(crate) struct Work<'f, 'v> {
     pub(crate) partial: Vec<Stage<'v>>,
     /// Values pixels start from: colour channels, then transmittance.
     pub(crate) start: [f32; 4],
+    /// Whether fog goes by the distance from the eye.
+    pub(crate) radial: bool,
+    /// What the outermost fragments stand for.
+    pub(crate) outer: Outer,
+    /// More lookups, where slabs lie between slices.
+    pub(crate) pairs: Option<PairWork<'v>>,
+    /// Where in its slab a value is taken, in slabs from its middle.
+    pub(crate) sample: f64,
 }
 
 /// What was done and what was not, in whole numbers that any number of threads adds up to the same.
@@ -59,16 +68,16 @@ impl Counters {
 }
 
 /// Index coordinates of a block as functions of depth: `start + d * slope` for its first pixel, and the block's extent.
-struct Placing {
-    start: [f64; 3],
-    slope: [f64; 3],
-    across: [f64; 3],
-    down: [f64; 3],
+pub(super) struct Placing {
+    pub(super) start: [f64; 3],
+    pub(super) slope: [f64; 3],
+    pub(super) across: [f64; 3],
+    pub(super) down: [f64; 3],
     /// Least and greatest offset of a pixel from the first.
     extent: [[f64; 3]; 2],
     perspective: bool,
     /// Largest index of a cell's lower corner, and of a voxel.
-    top: [f64; 3],
+    pub(super) top: [f64; 3],
 }
 
 impl Placing {
@@ -90,12 +99,12 @@ impl Placing {
     }
 
     /// Pixel steps grow with depth in perspective.
-    fn scale(&self, d: f64) -> f64 {
+    pub(super) fn scale(&self, d: f64) -> f64 {
         if self.perspective { d } else { 1.0 }
     }
 
     /// Least and greatest index coordinates of the block between depths `d0` and `d1`.
-    fn bounds(&self, d0: f64, d1: f64) -> ([f64; 3], [f64; 3]) {
+    pub(super) fn bounds(&self, d0: f64, d1: f64) -> ([f64; 3], [f64; 3]) {
         let (s0, s1) = (self.scale(d0), self.scale(d1));
         let at = |axis: usize, d: f64| self.start[axis] + d * self.slope[axis];
         (
@@ -105,7 +114,7 @@ impl Placing {
     }
 
     /// Sets where the batch's fragments lie at depth `d`, relative to a base voxel below all of them.
-    fn place(&self, d: f64, frame: &Frame<'_>, batch: &mut Batch) {
+    pub(super) fn place(&self, d: f64, frame: &Frame<'_>, batch: &mut Batch) {
         let scale = self.scale(d);
         let mut base = 0;
         for axis in 0..3 {
@@ -140,6 +149,7 @@ pub(crate) fn render<W: Watch>(
     let [red, green, blue, transmittance] = work.start;
     batch.pixels.color = [[red; BATCH], [green; BATCH], [blue; BATCH]];
     batch.pixels.transmittance = [transmittance; BATCH];
+    batch.pixels.excess = [[0.0; BATCH]; 4];
     batch.pixels.alive = true;
     if range.any.0 > range.any.1 {
         counters.missed_blocks += 1;
@@ -150,25 +160,30 @@ pub(crate) fn render<W: Watch>(
     let placing = Placing::new(work.stack, f64::from(x0) + 0.5, f64::from(y0) + 0.5);
     watch.block(x0, y0, batch);
     let window = (f64::from(x0) + 0.5, f64::from(y0) + 0.5);
-    let mut march = March { work, range, placing, batch, counters, watch, whole_lengths: true, window };
+    let mut march = March { work, range, placing, batch, counters, watch, whole_lengths: true, window, kept: Kept::default() };
     march.slices(range.any.0, range.any.1 + 1, false);
+    if let Some(pairs) = &work.pairs {
+        march.after_pairs(pairs);
+    }
     true
 }
 
 /// A block's way through its slices.
-struct March<'m, 'f, 'v, W> {
-    work: &'m Work<'f, 'v>,
-    range: BlockRange,
-    placing: Placing,
-    batch: &'m mut Batch,
-    counters: &'m mut Counters,
-    watch: &'m mut W,
+pub(super) struct March<'m, 'f, 'v, W> {
+    pub(super) work: &'m Work<'f, 'v>,
+    pub(super) range: BlockRange,
+    pub(super) placing: Placing,
+    pub(super) batch: &'m mut Batch,
+    pub(super) counters: &'m mut Counters,
+    pub(super) watch: &'m mut W,
     /// Whether `batch.length` holds whole slabs.
-    whole_lengths: bool,
-    window: (f64, f64),
+    pub(super) whole_lengths: bool,
+    /// Window position of the first pixel's centre.
+    pub(super) window: (f64, f64),
+    pub(super) kept: Kept,
 }
 
-impl<W: Watch> March<'_, '_, '_, W> {
+impl<'v, W: Watch> March<'_, '_, 'v, W> {
     /// Slices `from..to` in the scene's order, halved until a part is empty, visible throughout, or a single slice.
     fn slices(&mut self, from: i64, to: i64, visible: bool) {
         if !self.batch.pixels.alive {
@@ -178,7 +193,8 @@ impl<W: Watch> March<'_, '_, '_, W> {
         }
         let mut visible = visible;
         if let (Some(occupancy), false) = (self.work.occupancy, visible) {
-            let (lo, hi) = self.placing.bounds(self.work.stack.depth(from as u64), self.work.stack.depth(to as u64 - 1));
+            let (lo, hi) =
+                self.placing.bounds(self.sampled(from - self.work.pairs.as_ref().map_or(0, |p| p.lookback)), self.sampled(to - 1));
             match occupancy.content(lo, hi) {
                 Content::Empty => {
                     self.counters.empty += (to - from) as u64;
@@ -215,16 +231,27 @@ impl<W: Watch> March<'_, '_, '_, W> {
         }
     }
 
+    /// Depth at which slice `k` takes its values.
+    pub(super) fn sampled(&self, k: i64) -> f64 {
+        let stack = self.work.stack;
+        stack.near + (k as f64 + 0.5 + self.work.sample) * stack.spacing
+    }
+
     /// One slice through the stages.
     fn slice(&mut self, k: i64) {
+        if let Some(pairs) = &self.work.pairs {
+            self.before_pair(k, pairs);
+        }
+        let sampled = self.sampled(k);
         let (work, batch) = (self.work, &mut *self.batch);
-        let depth = work.stack.depth(k as u64);
+        // Where the slab has its middle.
+        let depth = work.stack.near + (k as f64 + if work.outer.between() { 0.0 } else { 0.5 }) * work.stack.spacing;
         batch.slice = k as i32;
         batch.depth = depth as f32;
         if let Some(fog) = work.fog {
             batch.fog = fog.factor(depth) as f32;
         }
-        self.placing.place(depth, work.frame, batch);
+        self.placing.place(sampled, work.frame, batch);
         self.watch.slice(work.frame, batch);
         self.counters.batches += 1;
         self.counters.fetches += BATCH as u64;

@@ -8,12 +8,15 @@
 mod beam;
 mod block;
 mod occupancy;
+mod pairs;
 mod resolve;
 mod tiles;
 mod watch;
 
+pub(crate) use beam::Outer;
 pub(crate) use block::{Counters, Work};
 pub(crate) use occupancy::Occupancy;
+pub(crate) use pairs::PairWork;
 pub(crate) use resolve::Resolve;
 pub(crate) use tiles::{BlockMask, render_tiles};
 pub(crate) use watch::Watch;

@@ -21,6 +21,8 @@ pub(crate) struct Resolve<'f> {
     pub(crate) offset: f64,
     /// Gathered averages are relative to this number.
     pub(crate) low: f64,
+    /// Whether slabs keep what is gathered between 0 and 1.
+    pub(crate) bounded: bool,
 }
 
 impl Resolve<'_> {
@@ -35,7 +37,9 @@ impl Resolve<'_> {
         let [c0, c1, c2] = [0, 1, 2].map(|c: usize| pixels.color[c][i]);
         let t = pixels.transmittance[i];
         let front = match self.blend {
-            Blend::Over => return self.over([c0, c1, c2], t),
+            Blend::Over if self.bounded => return self.over([c0, c1, c2], t),
+            // Sums that grow without bound end at the largest number there is.
+            Blend::Over => return self.over([c0, c1, c2], t).map(|c| if c.is_nan() { 0.0 } else { c.clamp(f32::MIN, f32::MAX) }),
             Blend::Add => {
                 // `t` is the sum of opacities.
                 let alpha = t.min(1.0);

@@ -6,7 +6,6 @@ use super::resolve::Resolve;
 use super::watch::Watch;
 use crate::fragment::Batch;
 use crate::fragment::batch::SIDE;
-use crate::scene::FogDistance;
 use crate::settings::Progress;
 use crate::{Error, Result};
 use rayon::prelude::*;
@@ -83,7 +82,7 @@ pub(crate) fn render_tiles<W: Watch>(
     blocks: Option<&BlockMask>,
     progress: Option<&dyn Progress>,
 ) -> Result<(Counters, W)> {
-    let beams = Beams::new(work.stack, work.fog.is_some_and(|f| f.distance() == FogDistance::Radial));
+    let beams = Beams::new(work.stack, work.radial, work.outer);
     let mut tiles = cut(pixels, work.stack.view.width as usize, side as usize);
     let (total, done, stopped) = (tiles.len() as u64, AtomicU64::new(0), AtomicBool::new(false));
     let seen = tiles

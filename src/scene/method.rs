@@ -135,6 +135,9 @@ impl Method {
         if self.target == Target::Unorm8 && self.extrapolate {
             return Err(Error::invalid("slices extrapolate: rounding to 8 bits leaves no series to extrapolate; choose target f32"));
         }
+        if self.slab == SlabForm::Riemann && self.accumulation == Accumulation::Compensated {
+            return Err(Error::invalid("slices accumulation compensated: riemann slabs have errors of their own; choose exponential"));
+        }
         if self.target == Target::Unorm8 && self.accumulation == Accumulation::Compensated {
             return Err(Error::invalid("slices accumulation compensated: is for target f32"));
         }

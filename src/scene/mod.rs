@@ -178,7 +178,8 @@ impl Scene {
     /// The scene cut into slices another way.
     ///
     /// # Errors
-    /// [`Error::Invalid`] when the count is 0 or above [`MAX_SLICES`], or a spacing or tolerance is not positive and finite.
+    /// [`Error::Invalid`] when the count is 0 or above [`MAX_SLICES`], a spacing or tolerance is not positive and finite, or a
+    /// tolerance meets a method that asks for extrapolation.
     pub fn with_slices(mut self, slicing: Slicing) -> Result<Self> {
         match slicing {
             Slicing::Count(n) if !(1..=MAX_SLICES).contains(&n) => {
@@ -190,6 +191,7 @@ impl Scene {
             Slicing::Tolerance(t) if !(t > 0.0 && t.is_finite()) => {
                 return Err(Error::invalid(format!("slices tolerance {t}: must be positive and finite")));
             }
+            Slicing::Tolerance(_) if self.method.extrapolate => return Err(extrapolated_tolerance()),
             _ => {}
         }
         self.slicing = slicing;
@@ -261,6 +263,9 @@ impl Scene {
     /// [`Error::Invalid`] for choices that exclude each other.
     pub fn with_method(mut self, method: Method) -> Result<Self> {
         method.check()?;
+        if method.extrapolate && matches!(self.slicing, Slicing::Tolerance(_)) {
+            return Err(extrapolated_tolerance());
+        }
         self.method = method;
         Ok(self)
     }
@@ -329,4 +334,8 @@ impl Scene {
     pub fn method(&self) -> Method {
         self.method
     }
+}
+
+fn extrapolated_tolerance() -> Error {
+    Error::invalid("slices extrapolate: a tolerance chooses its slice counts itself; give slices count")
 }

@@ -1,0 +1,79 @@
+//! Classification of pre-integrated slabs: by the values at both sides, one of them kept from the slice before.
+
+use super::batch::{Batch, Frame, SIDE, row, row_mut};
+use super::classify::{keep, lerp, position};
+use crate::lanes::{Kernel, Lanes};
+
+/// A lookup linear in both values; the slab between the slice before (or the ray's entry) and this slice.
+///
+/// With `SECOND` the value between the two bends as the parabola through them and the slice before: v(t) = v0 (1-t) + v1 t - (b/2) t (1-t),
+/// where b is the second difference of the three. On average that is b/12 below the straight line; both values are moved by it, which
+/// integrates a function of the value exactly to the second order of its slope, so errors of third order are left.
+pub(crate) struct ClassifyPair<const SPLIT: bool, const SECOND: bool>;
+
+/// Takes in values, without colours: what a slice leaves for the next one.
+pub(crate) struct KeepValue;
+
+/// Values that the next slice finds: those of this one.
+#[inline(always)]
+fn remember<L: Lanes>(batch: &mut Batch, r: usize) {
+    let value = L::load(row(&batch.value, r));
+    let previous = row_mut(&mut batch.pixels.previous[0], r);
+    let old = L::load(previous);
+    L::store(value, previous);
+    L::store(old, row_mut(&mut batch.pixels.previous[1], r));
+}
+
+#[inline(always)]
+fn finite<L: Lanes>(x: L::F) -> L::M {
+    L::and(L::le(x, L::splat(f32::MAX)), L::le(L::splat(f32::MIN), x))
+}
+
+impl<'v> Kernel<Frame<'v>, Batch> for KeepValue {
+    #[inline(always)]
+    fn run<L: Lanes>(_: &Frame<'v>, batch: &mut Batch) {
+        for r in 0..SIDE {
+            remember::<L>(batch, r);
+        }
+    }
+}
+
+impl<'v, const SPLIT: bool, const SECOND: bool> Kernel<Frame<'v>, Batch> for ClassifyPair<SPLIT, SECOND> {
+    #[inline(always)]
+    fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
+        let slice = L::splat_i(batch.slice);
+        let (side, last) = (L::splat(frame.table_last + 1.0), L::splat(frame.table_last - 1.0));
+        let side_i = L::trunc(side);
+        for r in 0..SIDE {
+            let back = L::load(row(&batch.value, r));
+            let first = L::load_i(row(&batch.pixels.first, r));
+            let previous = L::load(row(&batch.pixels.previous[0], r));
+            let entered = L::eq_i(slice, first);
+            let front = L::select(entered, L::load(row(&batch.pixels.entry, r)), previous);
+            // Values that are no numbers make no slab.
+            let whole = L::and(finite::<L>(front), finite::<L>(back));
+            let (mut a, mut b) = (L::select(whole, front, L::splat(0.0)), L::select(whole, back, L::splat(0.0)));
+            if SECOND {
+                let before = L::load(row(&batch.pixels.previous[1], r));
+                // Two whole slabs lie before this slice's far side.
+                let three = L::and(L::gt_i(slice, L::add_i(first, L::splat_i(1))), L::and(whole, finite::<L>(before)));
+                let bend = L::sub(L::add(L::sub(before, a), b), a);
+                let shift = L::keep(three, L::mul(bend, L::splat(1.0 / 12.0)));
+                let before = L::select(three, before, a);
+                let (low, high) = (L::min(L::min(a, b), before), L::max(L::max(a, b), before));
+                a = L::min(L::max(L::sub(a, shift), low), high);
+                b = L::min(L::max(L::sub(b, shift), low), high);
+            }
+            let (x, y) = (position::<L, SPLIT>(frame, a), position::<L, SPLIT>(frame, b));
+            let (i, j) = (L::min(L::to_f(L::trunc(x)), last), L::trunc(y));
+            let u = L::sub(x, i);
+            let v = L::sub(y, L::to_f(j));
+            // Whole numbers below 2^24: exact in f32.
+            let index = L::add_i(L::trunc(L::mul(i, side)), j);
+            let color = lerp::<L>(L::lookup(&frame.table, index, v), L::lookup(&frame.table, L::add_i(index, side_i), v), u);
+            let [red, green, blue, alpha] = color;
+            keep::<L>(batch, r, [L::keep(whole, red), L::keep(whole, green), L::keep(whole, blue), L::keep(whole, alpha)]);
+            remember::<L>(batch, r);
+        }
+    }
+}

@@ -1,0 +1,163 @@
+//! What slabs between two values need besides their slices: the values where rays enter and leave, and those of slices that were
+//! passed over.
+//!
+//! ```text
+//!   entry    slice f    f+1     ...      slice l   exit
+//!   --|---------|--------|--------|---------|-------|-->    pieces: entry to f, f to f+1, ..., l to exit
+//! ```
+
+use super::beam::Outer;
+use super::block::{March, Placing};
+use super::watch::Watch;
+use crate::fragment::batch::{BATCH, SIDE};
+use crate::fragment::{Batch, Frame, Stage};
+use std::array;
+
+/// Stages of the lookups besides the slices'.
+pub(crate) struct PairWork<'v> {
+    /// Slices before its own that a slab's classification looks at: 1, or 2 of second order.
+    pub(crate) lookback: i64,
+    /// From texture coordinates to values that the next slice finds.
+    pub(crate) keep: Vec<Stage<'v>>,
+    /// From texture coordinates, already there, to values.
+    pub(crate) fetch: Stage<'v>,
+    /// From values to pixels, for the pieces behind the last slices.
+    pub(crate) exit: Vec<Stage<'v>>,
+}
+
+/// Which values of earlier slices a block has at hand.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Kept {
+    /// The slice whose values were kept last.
+    slice: i64,
+    /// How many slices up to it follow each other.
+    run: i64,
+    /// Whether the values at the rays' entries are there.
+    entries: bool,
+}
+
+impl Kept {
+    fn add(&mut self, k: i64) {
+        self.run = if self.run > 0 && self.slice == k - 1 { self.run + 1 } else { 1 };
+        self.slice = k;
+    }
+}
+
+impl Placing {
+    /// Sets where the fragments lie when each is at a depth of its own.
+    fn place_each(&self, depths: &[f64; BATCH], frame: &Frame<'_>, batch: &mut Batch) {
+        let mut at = [0u64; BATCH];
+        let mut base = u64::MAX;
+        for i in 0..BATCH {
+            let d = depths[i];
+            let scale = self.scale(d);
+            let (x, y) = ((i % SIDE) as f64, (i / SIDE) as f64);
+            let mut voxel = 0;
+            for axis in 0..3 {
+                let u = self.start[axis] + d * self.slope[axis] + scale * (x * self.across[axis] + y * self.down[axis]);
+                let reach = if frame.strides[axis] == 0 { 0.0 } else { self.top[axis] + 1.0 };
+                let u = u.clamp(0.0, reach);
+                // Truncation equals floor from 0 up; a lookup on the upper border belongs to the last cell.
+                let cell = (u as i64).min(self.top[axis] as i64);
+                batch.weight[axis][i] = (u - cell as f64) as f32;
+                voxel += cell as u64 * frame.strides[axis] as u64;
+            }
+            at[i] = voxel;
+            base = base.min(voxel);
+        }
+        batch.cells.base = base as usize;
+        batch.far_offset = array::from_fn(|i| at[i] - base);
+        batch.offset = array::from_fn(|i| i32::try_from(at[i] - base).unwrap_or(0));
+    }
+}
+
+impl<'v, W: Watch> March<'_, '_, 'v, W> {
+    /// Makes the values that slice `k` needs besides its own.
+    pub(super) fn before_pair(&mut self, k: i64, work: &PairWork<'v>) {
+        if !self.kept.entries && k <= self.range.last_first {
+            self.kept.entries = true;
+            let depths = self.depths(|first, _, pixels, i| {
+                // With whole slabs at the ends, a ray's first piece has the value of its first slice throughout.
+                let piece = if self.work.outer == Outer::WholeBetween { 0.0 } else { f64::from(pixels.first_length[i]) };
+                first - piece
+            });
+            self.fetch_each(&depths, work);
+            self.batch.pixels.entry = self.batch.value;
+        }
+        let earliest = (k - work.lookback).max(self.range.any.0);
+        if earliest < k && !(self.kept.slice == k - 1 && self.kept.run >= k - earliest) {
+            for j in earliest..k {
+                self.batch.slice = j as i32;
+                self.placing.place(self.sampled(j), self.work.frame, self.batch);
+                self.counters.fetches += BATCH as u64;
+                for stage in &work.keep {
+                    (stage.run)(self.work.frame, self.batch);
+                }
+                self.kept.add(j);
+            }
+        }
+        self.kept.add(k);
+    }
+
+    /// The pieces between the last slices and the rays' exits.
+    pub(super) fn after_pairs(&mut self, work: &PairWork<'v>) {
+        let frame = self.work.frame;
+        let left = &self.batch.pixels.transmittance;
+        if self.work.outer == Outer::WholeBetween || !left.iter().any(|&t| t >= frame.terminate) {
+            return;
+        }
+        let lasts = self.depths(|_, last, _, _| last);
+        let exits = self.depths(|_, last, pixels, i| last + f64::from(pixels.last_length[i]));
+        if let Some(occupancy) = self.work.occupancy {
+            let near = lasts.iter().copied().fold(f64::INFINITY, f64::min);
+            let far = exits.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            let (lo, hi) = self.placing.bounds(near, far);
+            if occupancy.content(lo, hi) == super::occupancy::Content::Empty {
+                return;
+            }
+        }
+        self.fetch_each(&lasts, work);
+        self.batch.pixels.previous[0] = self.batch.value;
+        self.fetch_each(&exits, work);
+        let mut mask = 0u64;
+        for i in 0..BATCH {
+            let (first, last) = (self.batch.pixels.first[i], self.batch.pixels.last[i]);
+            self.batch.length[i] = self.batch.pixels.last_length[i].max(0.0) * self.batch.pixels.slant[i];
+            let (x, y) = (self.window.0 + (i % SIDE) as f64, self.window.1 + (i / SIDE) as f64);
+            let sure = self.batch.pixels.doubt >> i & 1 == 0;
+            mask |= u64::from(first <= last && (sure || self.work.stack.covers(last as u64, x, y))) << i;
+            if let Some(fog) = self.work.fog {
+                let middle = 0.5 * (lasts[i] + exits[i]);
+                let along = middle * f64::from(self.batch.pixels.slant[i]);
+                let z = if self.work.radial { (along * along + f64::from(self.batch.pixels.plane_squared[i])).sqrt() } else { middle };
+                self.batch.fog_each[i] = fog.factor(z) as f32;
+            }
+        }
+        self.whole_lengths = false;
+        self.batch.mask = mask;
+        // Behind every slice.
+        self.batch.slice = i32::MAX;
+        self.counters.batches += 1;
+        self.watch.slice(frame, self.batch);
+        for stage in &work.exit {
+            (stage.run)(frame, self.batch);
+            self.watch.stage(stage.name, frame, self.batch);
+        }
+    }
+
+    /// A depth for each ray from its first and last slice; that of the nearest slice for rays that miss.
+    fn depths(&self, at: impl Fn(f64, f64, &crate::fragment::PixelBlock, usize) -> f64) -> [f64; BATCH] {
+        let pixels = &self.batch.pixels;
+        array::from_fn(|i| {
+            let (first, last) = (pixels.first[i], pixels.last[i]);
+            let slice = if first <= last { at(f64::from(first), f64::from(last), pixels, i) } else { self.range.any.0 as f64 };
+            self.work.stack.near + (slice + 0.5) * self.work.stack.spacing
+        })
+    }
+
+    fn fetch_each(&mut self, depths: &[f64; BATCH], work: &PairWork<'v>) {
+        self.placing.place_each(depths, self.work.frame, self.batch);
+        self.counters.fetches += BATCH as u64;
+        (work.fetch.run)(self.work.frame, self.batch);
+    }
+}
