@@ -49,6 +49,7 @@
 //! | bound memory, count threads, hear of progress | [`Settings`] |
 //! | write a picture | [`Picture::save`](target::Picture::save), [`target::Format`] |
 //! | know the truth without slices | [`reference`](mod@reference) |
+//! | know what error costs, and what holds in extreme cases | [`study`] |
 //!
 //! # Promises
 //!
@@ -60,7 +61,8 @@
 //!
 //! # Features
 //!
-//! All are on by default: `cli` (the command), `scene-file` (TOML and JSON scenes), `formats` (readers), `encoders` (writers).
+//! All are on by default: `cli` (the command), `scene-file` (TOML and JSON scenes), `formats` (readers), `encoders` (writers),
+//! `study` (error against run time, and proof of stability).
 //! `default-features = false` leaves the renderer, its scenes and the built-in volumes.
 
 mod error;
@@ -73,6 +75,8 @@ pub mod reference;
 mod renderer;
 pub mod scene;
 mod settings;
+#[cfg(feature = "study")]
+pub mod study;
 pub mod target;
 mod tolerance;
 pub mod volume;

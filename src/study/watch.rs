@@ -12,7 +12,7 @@ const WHICH: u64 = 17;
 /// Time spent in stages, of the batches that were timed.
 #[derive(Debug, Default)]
 pub(super) struct StageClock {
-    seen: u64,
+    batches: u64,
     last: Option<Instant>,
     timed: u64,
     /// Name, time, how often.
@@ -20,6 +20,11 @@ pub(super) struct StageClock {
 }
 
 impl StageClock {
+    /// Batches seen.
+    pub(super) fn batches(&self) -> u64 {
+        self.batches
+    }
+
     /// Batches timed.
     pub(super) fn timed(&self) -> u64 {
         self.timed
@@ -52,8 +57,8 @@ fn tick() -> f64 {
 
 impl Watch for StageClock {
     fn slice(&mut self, _: &Frame<'_>, _: &Batch) {
-        self.seen += 1;
-        if self.seen % EVERY == WHICH {
+        self.batches += 1;
+        if self.batches % EVERY == WHICH {
             self.timed += 1;
             self.last = Some(Instant::now());
         } else {
@@ -75,6 +80,7 @@ impl Watch for StageClock {
     }
 
     fn merge(&mut self, other: Self) {
+        self.batches += other.batches;
         self.timed += other.timed;
         for (name, time, runs) in other.stages {
             match self.stages.iter_mut().find(|s| s.0 == name) {

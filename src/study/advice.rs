@@ -1,0 +1,238 @@
+//! What the pictures say: orders of convergence, the cheapest method for an error, and how pre-integration did.
+
+use super::methods::NamedMethod;
+use super::record::{Advice, Point, PreIntegration, SlicesFor};
+use crate::proxy::Stack;
+use crate::{Result, Scene, Volume};
+
+/// Errors that methods are recommended for.
+pub(super) const ERRORS: [f64; 7] = [1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4];
+/// Errors below this are f32's own.
+const FLOOR: f64 = 3e-6;
+/// Points that a slope is fitted to at most: the finest.
+const FITTED: usize = 4;
+
+/// Slope of ln(error) over ln(slices) through the finest pictures of a method, turned around. Methods with another limit are
+/// measured by the change from half as many slices.
+pub(super) fn order(method: &NamedMethod, points: &[Point]) -> Option<f64> {
+    if method.tolerance {
+        return None;
+    }
+    let error = |p: &Point| if method.other_limit.is_some() { p.change } else { Some(p.rms) };
+    let of_method = points.iter().filter(|p| p.method == method.name);
+    let all: Vec<(f64, f64)> = of_method.filter_map(|p| Some((p.slices as f64, error(p)?))).filter(|p| p.1 > FLOOR).collect();
+    let fine = &all[all.len().saturating_sub(FITTED)..];
+    (fine.len() >= 3).then(|| -slope(fine))
+}
+
+/// Slope of the straight line that fits (ln x, ln y) best.
+pub(super) fn slope(points: &[(f64, f64)]) -> f64 {
+    let logs: Vec<(f64, f64)> = points.iter().map(|p| (p.0.ln(), p.1.ln())).collect();
+    let n = logs.len() as f64;
+    let (x, y) = (logs.iter().map(|p| p.0).sum::<f64>() / n, logs.iter().map(|p| p.1).sum::<f64>() / n);
+    logs.iter().map(|p| (p.0 - x) * (p.1 - y)).sum::<f64>() / logs.iter().map(|p| (p.0 - x) * (p.0 - x)).sum::<f64>()
+}
+
+/// For each of [`ERRORS`] the cheapest picture among those that reach it.
+pub(super) fn advice(methods: &[&NamedMethod], points: &[Point]) -> Vec<Advice> {
+    let cheapest = |error: f64, wanted: &dyn Fn(&NamedMethod) -> bool| {
+        let fit = points.iter().filter(|p| p.rms <= error && methods.iter().any(|m| m.name == p.method && wanted(m)));
+        fit.min_by(|a, b| a.seconds.total_cmp(&b.seconds))
+    };
+    let row = |&error: &f64| {
+        let best = cheapest(error, &|m| m.other_limit.is_none());
+        let default = cheapest(error, &|m| m.name == "midpoint");
+        Advice {
+            error,
+            method: best.map(|p| p.method.clone()),
+            slices: best.map(|p| p.slices),
+            tolerance: best.and_then(|p| p.tolerance),
+            seconds: best.map(|p| p.seconds),
+            rms: best.map(|p| p.rms),
+            default_seconds: default.map(|p| p.seconds),
+            default_slices: default.map(|p| p.slices),
+        }
+    };
+    ERRORS.iter().map(row).collect()
+}
+
+/// Slices at which a method's error falls to `error`, by straight lines between its pictures' logarithms.
+fn slices_for(points: &[Point], method: &str, error: f64) -> Option<f64> {
+    let list: Vec<&Point> = points.iter().filter(|p| p.method == method).collect();
+    list.windows(2).find(|w| w[0].rms > error && w[1].rms <= error).map(|w| {
+        let t = (w[0].rms / error).ln() / (w[0].rms / w[1].rms).ln();
+        w[0].slices as f64 * (w[1].slices as f64 / w[0].slices as f64).powf(t)
+    })
+}
+
+/// Rays on each side of the picture along which [`bend`] looks.
+const RAYS: u32 = 48;
+
+/// How far values in the middle of slabs lie from the mean of the values at the slabs' sides, over how far the sides lie apart; both RMS,
+/// over the slabs of `slices` in which something shows. `None` where nothing does.
+///
+/// # Errors
+/// [`crate::Error::Invalid`] when the camera cannot be resolved.
+pub(super) fn bend(volume: &Volume, scene: &Scene, slices: u64) -> Result<Option<f64>> {
+    let (width, height) = scene.size();
+    let view = scene.camera().resolve(volume.grid(), width, height)?;
+    let stack = Stack::new(volume.grid(), &view, scene.clip_planes(), slices);
+    if stack.is_empty() {
+        return Ok(None);
+    }
+    let (low, high) = volume.grid().index_bounds();
+    let (mut off, mut apart) = (0.0, 0.0);
+    for j in 0..RAYS {
+        for i in 0..RAYS {
+            let at = |n: u32, i: u32| (f64::from(i) + 0.5) * f64::from(n) / f64::from(RAYS);
+            let (origin, direction) = view.ray(at(width, i), at(height, j));
+            let to_index = volume.grid().world_to_index();
+            let value = |d: f64| {
+                let p = to_index.transform_point3(origin + direction * d);
+                (p.cmpge(low).all() && p.cmple(high).all()).then(|| volume.sample(p)).filter(|v| v.is_finite())
+            };
+            // No more slabs of a ray than tell: evenly spread ones.
+            let every = (slices / 512).max(1);
+            for k in (0..slices).step_by(every as usize) {
+                let near = stack.near + k as f64 * stack.spacing;
+                let (Some(a), Some(m), Some(b)) = (value(near), value(near + 0.5 * stack.spacing), value(near + stack.spacing)) else { continue };
+                if scene.transfer().opaque_within(a.min(m).min(b), a.max(m).max(b)) {
+                    off += (m - 0.5 * (a + b)) * (m - 0.5 * (a + b));
+                    apart += (b - a) * (b - a);
+                }
+            }
+        }
+    }
+    Ok((apart > 0.0).then(|| (off / apart).sqrt()))
+}
+
+/// How pre-integration did against the default, and why; `None` where one of them has no two pictures.
+pub(super) fn pre_integration(points: &[Point], bend: Option<f64>) -> Option<PreIntegration> {
+    let row = |&error: &f64| {
+        let (midpoint, pre_integrated) = (slices_for(points, "midpoint", error)?, slices_for(points, "pre-integrated", error)?);
+        Some(SlicesFor { error, midpoint, pre_integrated })
+    };
+    let slices_for: Vec<SlicesFor> = ERRORS.iter().filter_map(row).collect();
+    let (first, last) = (slices_for.first()?, slices_for.last()?);
+    // A straight line's middle is the mean of its ends: 0. A slab whose sides are alike and whose middle is not: large.
+    let field = bend.map_or(String::new(), |b| {
+        format!(
+            " At the scene's own slice count the value in the middle of a slab lies {:.0} % of the slab's whole change away from the straight line.",
+            100.0 * b
+        )
+    });
+    let ratio = |s: &SlicesFor| s.pre_integrated / s.midpoint;
+    let range = format!("{} at {:e} to {} at {:e}", times(ratio(first)), first.error, times(ratio(last)), last.error);
+    let (worst, best) = slices_for.iter().map(ratio).fold((0.0, f64::INFINITY), |(a, b): (f64, f64), r| (a.max(r), b.min(r)));
+    let verdict = if worst < 0.9 {
+        format!(
+            "Pre-integration pays: for the same error it takes {range} of the default's slices. The transfer function changes more within \
+             a slab than a sample in its middle can tell, and the field is straight enough.{field}"
+        )
+    } else if best > 1.1 {
+        format!(
+            "Pre-integration loses: for the same error it takes {range} of the default's slices. It takes the field for straight \
+             between a slab's two sides; here the field bends within a slab, while the transfer function is plain enough for one \
+             sample, and its error is the larger one.{field}"
+        )
+    } else {
+        format!("Pre-integration wins little or loses little: for the same error it takes {range} of the default's slices.{field}")
+    };
+    Some(PreIntegration { slices_for, bend, verdict })
+}
+
+fn times(ratio: f64) -> String {
+    format!("{ratio:.2} times")
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+mod tests {
+    use super::*;
+    use crate::Settings;
+    use crate::scene::{Camera, Projection, TransferFunction};
+    use crate::study::{METHODS, Options, study};
+    use crate::volume::{Grid, Voxels};
+
+    fn point(method: &str, slices: u64, rms: f64, seconds: f64) -> Point {
+        Point {
+            method: method.into(),
+            slices,
+            tolerance: None,
+            seconds,
+            prepare_seconds: 0.0,
+            repeats: 3,
+            fetches: 0,
+            rms,
+            max: rms,
+            p999: rms,
+            psnr: None,
+            visible: 0.0,
+            ssim: None,
+            flip: None,
+            change: None,
+            estimate: None,
+        }
+    }
+
+    fn series(method: &str, order: f64, factor: f64, cost: f64) -> Vec<Point> {
+        (5..12).map(|e| 1u64 << e).map(|n| point(method, n, factor * (n as f64).powf(-order), cost * n as f64)).collect()
+    }
+
+    #[test]
+    fn orders_are_slopes() {
+        for want in [1.0, 2.0] {
+            let points = series("midpoint", want, 10.0, 1e-4);
+            let got = order(NamedMethod::named("midpoint").unwrap(), &points).unwrap();
+            assert!((got - want).abs() < 1e-9, "{got}");
+        }
+        assert_eq!(order(NamedMethod::named("riemann").unwrap(), &series("midpoint", 1.0, 1.0, 1.0)), None);
+    }
+
+    #[test]
+    fn the_cheapest_that_reaches_an_error_is_named() {
+        let mut points = series("midpoint", 2.0, 10.0, 1e-4);
+        points.extend(series("pre-integrated", 2.0, 1.0, 2e-4));
+        points.extend(series("nearest", 2.0, 1e-3, 1e-9));
+        let all: Vec<&NamedMethod> = METHODS.iter().collect();
+        for a in advice(&all, &points) {
+            let method = a.method.unwrap();
+            assert_eq!(method, "pre-integrated", "{}", a.error);
+            assert!(a.rms.unwrap() <= a.error && a.default_seconds.is_none_or(|d| d > a.seconds.unwrap()));
+        }
+        let p = pre_integration(&points, Some(0.01)).unwrap();
+        for s in &p.slices_for {
+            assert!((s.pre_integrated / s.midpoint - 0.1f64.sqrt()).abs() < 1e-9);
+        }
+        assert!(p.verdict.starts_with("Pre-integration pays: for the same error it takes 0.32 times"), "{}", p.verdict);
+    }
+
+    #[test]
+    fn a_straight_field_does_not_bend() {
+        let transfer = TransferFunction::new(vec![(0.0, [1.0; 3])], vec![(0.0, 0.5)]).unwrap();
+        let camera = Camera::orbit(20.0, 10.0).unwrap();
+        assert!(matches!(camera.projection(), Projection::Orthographic { .. } | Projection::Perspective { .. }));
+        let scene = Scene::new(transfer).with_camera(camera).with_size(16, 16).unwrap();
+        let of = |f: &dyn Fn(usize) -> f32| {
+            let voxels = Voxels::F32((0..4096).map(|i| f(i % 16)).collect());
+            let volume = Volume::new(Grid::with_spacing([16; 3], [1.0; 3]).unwrap(), voxels).unwrap();
+            bend(&volume, &scene, 64).unwrap().unwrap()
+        };
+        // Only at the clamped outermost half voxels has it a kink.
+        assert!(of(&|x| x as f32) < 0.05);
+        assert!(of(&|x| (x % 2) as f32) > 0.05);
+    }
+
+    #[test]
+    fn senseless_options_are_told() {
+        let transfer = TransferFunction::new(vec![(0.0, [1.0; 3])], vec![(0.0, 0.5)]).unwrap();
+        let volume = Volume::new(Grid::with_spacing([4; 3], [1.0; 3]).unwrap(), Voxels::U8(vec![3; 64])).unwrap();
+        let scene = Scene::new(transfer).with_size(8, 8).unwrap();
+        for budget in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            let said = study(&volume, &scene, &Options { budget, ..Options::default() }).unwrap_err().to_string();
+            assert!(said.starts_with("budget "), "{said}");
+        }
+        let none = Options { budget: 1.0, methods: Vec::new(), settings: Settings::default() };
+        assert_eq!(study(&volume, &scene, &none).unwrap_err().to_string(), "no methods to compare");
+    }
+}
