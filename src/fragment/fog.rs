@@ -46,6 +46,11 @@ impl<'v> Kernel<Frame<'v>, Batch> for FogEach {
     }
 }
 
+/// `x` in f32, infinity and its products kept away: so far, and so dense, nothing changes any more.
+fn bounded(x: f64) -> f32 {
+    x.clamp(-1e18, 1e18) as f32
+}
+
 impl<'v> Kernel<Frame<'v>, Batch> for FogRadial {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
@@ -58,10 +63,10 @@ impl<'v> Kernel<Frame<'v>, Batch> for FogRadial {
             let z = L::sqrt(L::add(L::mul(along, along), L::load(row(&batch.pixels.plane_squared, r))));
             let f = match fog.mode {
                 FogMode::Linear { start, end } if start == end => L::select(L::lt(z, L::splat(end as f32)), one, zero),
-                FogMode::Linear { start, end } => L::div(L::sub(L::splat(end as f32), z), L::splat((end - start) as f32)),
-                FogMode::Exp { density } => exp_negative::<L>(L::mul(L::splat(-density as f32), z)),
+                FogMode::Linear { start, end } => L::div(L::sub(L::splat(bounded(end)), z), L::splat(bounded(end - start))),
+                FogMode::Exp { density } => exp_negative::<L>(L::mul(L::splat(-bounded(density)), z)),
                 FogMode::Exp2 { density } => {
-                    let x = L::mul(L::splat(density as f32), z);
+                    let x = L::mul(L::splat(bounded(density)), z);
                     exp_negative::<L>(L::mul(L::sub(zero, x), x))
                 }
             };

@@ -37,7 +37,8 @@ impl Resolve<'_> {
         let [c0, c1, c2] = [0, 1, 2].map(|c: usize| pixels.color[c][i]);
         let t = pixels.transmittance[i];
         let front = match self.blend {
-            Blend::Over if self.bounded => return self.over([c0, c1, c2], t),
+            // Weights add up to 1, and roundings to a hair more.
+            Blend::Over if self.bounded => return self.over([c0, c1, c2], t).map(|c| if c > 1.0 { 1.0 } else { c }),
             // Sums that grow without bound end at the largest number there is.
             Blend::Over => return self.over([c0, c1, c2], t).map(|c| if c.is_nan() { 0.0 } else { c.clamp(f32::MIN, f32::MAX) }),
             Blend::Add => {

@@ -3,6 +3,7 @@
 use super::methods::NamedMethod;
 use super::record::{Advice, Point, PreIntegration, SlicesFor};
 use crate::proxy::Stack;
+use crate::scene::Accumulation;
 use crate::{Result, Scene, Volume};
 
 /// Errors that methods are recommended for.
@@ -40,7 +41,8 @@ pub(super) fn advice(methods: &[&NamedMethod], points: &[Point]) -> Vec<Advice> 
         fit.min_by(|a, b| a.seconds.total_cmp(&b.seconds))
     };
     let row = |&error: &f64| {
-        let best = cheapest(error, &|m| m.other_limit.is_none());
+        // The two ways to add up very many slices are the default's own.
+        let best = cheapest(error, &|m| m.other_limit.is_none() && m.first < Accumulation::MANY);
         let default = cheapest(error, &|m| m.name == "midpoint");
         Advice {
             error,

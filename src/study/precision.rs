@@ -6,24 +6,26 @@ use super::record::{MethodRecord, Point, Record, Setting};
 use super::{advice, cost, stages};
 use crate::reference::metrics::{self, Displayed};
 use crate::reference::{ReferenceImage, Region, image};
-use crate::scene::Slicing;
+use crate::scene::{Accumulation, Slicing};
 use crate::{Error, Picture, Renderer, Result, Scene, Settings, Volume};
 use rayon::ThreadPoolBuilder;
 use std::time::Instant;
 
 /// Seconds a study may take unless told.
 const BUDGET: f64 = 60.0;
-/// Parts of the budget that are gone when the reference is there, then the pictures, the stages, the sizes.
-const REFERENCE: f64 = 0.2;
-const PICTURES: f64 = 0.78;
-const STAGES: f64 = 0.84;
+/// Parts of the budget that are gone when the reference is there, then the pictures, their repetitions, the stages, the sizes.
+const REFERENCE: f64 = 0.15;
+const FIRST: f64 = 0.55;
+const PICTURES: f64 = 0.8;
+const STAGES: f64 = 0.86;
 const COSTS: f64 = 0.97;
+const MANY: u64 = Accumulation::MANY;
 /// Most slices of a picture.
 const MOST: u64 = 1 << 17;
-/// Error below which more slices say nothing: f32 itself ends there.
-const ENOUGH: f64 = 1e-6;
-/// Most frames timed for one number.
-const REPEATS: f64 = 9.0;
+/// Error below which nobody sees more slices.
+const ENOUGH: f64 = 1e-5;
+/// Most repetitions of each picture.
+const REPEATS: u32 = 9;
 /// Errors asked for in tolerance mode.
 const TOLERANCES: [f64; 8] = [2e-2, 1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4];
 
@@ -82,25 +84,30 @@ pub fn study(volume: &Volume, scene: &Scene, options: &Options) -> Result<Study>
     let (_, stats) = renderer.render(scene)?;
     let slices = if matches!(scene.slicing(), Slicing::Tolerance(_)) { 256 } else { stats.slices.max(1) };
     let quality = bench.quality_fits(options.methods.len())?;
-    let mut found = Found { points: Vec::new(), pictures: Vec::new(), slices, quality };
-    let mut methods = Vec::new();
+    let mut found = Found { points: Vec::new(), scenes: Vec::new(), pictures: Vec::new(), slices, quality };
+    let mut missing = Vec::new();
     for (i, method) in options.methods.iter().enumerate() {
         clock.now(method.name)?;
-        let share = clock.left(PICTURES) / (options.methods.len() - i) as f64;
-        let missing = match bench.series(&mut renderer, scene, method, share, &mut found) {
+        // Those that a user would choose get more of the time.
+        let weight = |m: &NamedMethod| if m.expected_order().is_none_or(|p| p > 1) && m.other_limit.is_none() && m.first < MANY { 3.0 } else { 1.0 };
+        let share = clock.left(FIRST) * weight(method) / options.methods[i..].iter().map(|m| weight(m)).sum::<f64>();
+        missing.push(match bench.series(&mut renderer, scene, method, share, &mut found) {
             Ok(()) => None,
             Err(Error::Stopped) => return Err(Error::Stopped),
             Err(e) => Some(e.to_string()),
-        };
-        methods.push(MethodRecord {
-            name: method.name.into(),
-            about: method.about.into(),
-            expected_order: method.expected_order(),
-            measured_order: advice::order(method, &found.points),
-            other_limit: method.other_limit.map(Into::into),
-            missing,
         });
     }
+    clock.now("times")?;
+    bench.repeat(&mut renderer, &mut found)?;
+    let methods = options.methods.iter().zip(missing).map(|(method, missing)| MethodRecord {
+        name: method.name.into(),
+        about: method.about.into(),
+        expected_order: method.expected_order(),
+        measured_order: advice::order(method, &found.points),
+        other_limit: method.other_limit.map(Into::into),
+        missing,
+    });
+    let methods = methods.collect();
     clock.now("stages")?;
     let stages = stages::measure(&mut renderer, scene, &options.methods, slices, || clock.left(STAGES))?;
     clock.now("sizes")?;
@@ -156,6 +163,8 @@ fn make_reference(volume: &Volume, scene: &Scene, settings: &Settings, clock: &C
 /// What was found so far.
 struct Found {
     points: Vec<Point>,
+    /// The scene of each point.
+    scenes: Vec<Scene>,
     pictures: Vec<(String, u64, Displayed)>,
     /// Slices the scene itself asks for.
     slices: u64,
@@ -171,7 +180,7 @@ struct Bench<'c> {
 }
 
 impl Bench<'_> {
-    /// Pictures of one method: ever more slices, or ever smaller tolerances, for about `share` seconds.
+    /// Pictures of one method: ever more slices, or ever smaller tolerances, for about `share` seconds. Each is made twice.
     fn series(&self, renderer: &mut Renderer<'_>, scene: &Scene, method: &NamedMethod, share: f64, found: &mut Found) -> Result<()> {
         let end = self.clock.gone() + share;
         let base = scene.clone().with_method(method.method)?;
@@ -184,20 +193,13 @@ impl Bench<'_> {
         let mut before: Option<Displayed> = None;
         let mut last_seconds = 0.0;
         for (i, (slicing, tolerance)) in steps.into_iter().enumerate() {
-            let left = end - self.clock.gone();
-            // The next takes about twice the last, a first time and at least twice more.
-            if i > 0 && 6.0 * last_seconds > left {
+            // The next takes about twice the last, and is made twice.
+            if i > 0 && 4.0 * last_seconds > end - self.clock.gone() {
                 break;
             }
             let scene = base.clone().with_slices(slicing)?.with_terminate(terminate(base.terminate(), slicing))?;
             let (picture, stats) = renderer.render(&scene)?;
-            let first = stats.render_seconds;
-            let (prepare_seconds, mut seconds) = (stats.prepare_seconds, first);
-            // Half of what is left goes to what comes after.
-            let repeats = (0.4 * left / first.max(1e-6)).clamp(2.0, REPEATS) as u32;
-            for _ in 0..repeats {
-                seconds = seconds.min(renderer.render(&scene)?.1.render_seconds);
-            }
+            let seconds = stats.render_seconds.min(renderer.render(&scene)?.1.render_seconds);
             let shown = self.sampled(&picture)?;
             let slices = match slicing {
                 Slicing::Count(n) => n,
@@ -219,8 +221,8 @@ impl Bench<'_> {
                 slices,
                 tolerance,
                 seconds,
-                prepare_seconds,
-                repeats,
+                prepare_seconds: stats.prepare_seconds,
+                repeats: 1,
                 fetches: stats.fetches,
                 rms: difference.rms,
                 max: difference.max,
@@ -232,12 +234,29 @@ impl Bench<'_> {
                 change,
                 estimate: stats.error_estimate,
             });
-            last_seconds = seconds + prepare_seconds;
+            found.scenes.push(scene);
+            last_seconds = seconds + stats.prepare_seconds;
             let settled = change.is_some_and(|c| c < 0.002 * difference.rms);
             if difference.rms < ENOUGH || settled {
                 break;
             }
             before = Some(shown);
+        }
+        Ok(())
+    }
+
+    /// Makes all pictures again, one after the other and round after round: whatever else the machine does for a while
+    /// then falls on all of them alike. The shortest time of each counts.
+    fn repeat(&self, renderer: &mut Renderer<'_>, found: &mut Found) -> Result<()> {
+        for _ in 0..REPEATS {
+            for (point, scene) in found.points.iter_mut().zip(&found.scenes) {
+                if self.clock.left(PICTURES) < point.seconds + point.prepare_seconds {
+                    continue;
+                }
+                let (_, stats) = renderer.render(scene)?;
+                point.seconds = point.seconds.min(stats.render_seconds);
+                point.repeats += 1;
+            }
         }
         Ok(())
     }
@@ -264,7 +283,7 @@ impl Bench<'_> {
     fn quality_fits(&self, methods: usize) -> Result<bool> {
         let start = Instant::now();
         self.quality(&self.reference)?;
-        Ok(start.elapsed().as_secs_f64() * 10.0 * (methods as f64) < 0.15 * self.clock.left(PICTURES))
+        Ok(start.elapsed().as_secs_f64() * 10.0 * (methods as f64) < 0.15 * self.clock.left(FIRST))
     }
 }
 

@@ -26,40 +26,41 @@ pub(super) fn measure(
     let mut list = Vec::new();
     for method in methods.iter().filter(|m| SHOWN.contains(&m.name)) {
         let scene = scene.clone().with_method(method.method)?.with_slices(Slicing::Count(slices))?;
-        let mut frame = match renderer.render(&scene) {
-            Ok((_, stats)) => stats,
+        let mut plain = match renderer.render(&scene) {
+            Ok((_, stats)) => stats.render_seconds,
             Err(Error::Stopped) => return Err(Error::Stopped),
             // Told where its pictures are missing.
             Err(_) => continue,
         };
-        let mut clock = StageClock::default();
-        for run in 0..8 {
-            let (_, stats, seen) = renderer.render_watched::<StageClock>(&scene)?;
-            // The frame with the least disturbance speaks for all: the times between stages are only scaled.
-            if run == 0 || stats.render_seconds < frame.render_seconds {
-                clock = seen;
-            }
-            frame = stats;
-            let (_, plain) = renderer.render(&scene)?;
-            frame.render_seconds = frame.render_seconds.min(plain.render_seconds);
+        // The watched frame with the least disturbance tells the shares, the shortest plain one what they are shares of.
+        let (_, stats, mut clock) = renderer.render_watched::<StageClock>(&scene)?;
+        let mut watched = stats.render_seconds;
+        for _ in 0..8 {
             if left() <= 0.0 {
                 break;
             }
+            let (_, stats, seen) = renderer.render_watched::<StageClock>(&scene)?;
+            if stats.render_seconds < watched {
+                (watched, clock) = (stats.render_seconds, seen);
+            }
+            plain = plain.min(renderer.render(&scene)?.1.render_seconds);
         }
-        let threads = frame.threads as f64;
-        let stage = |stage: &str, seconds: f64| StageTime {
+        let whole = watched * stats.threads as f64;
+        let stage = |stage: &str, share: f64| StageTime {
             method: method.name.into(),
             slices,
             stage: stage.into(),
-            seconds,
-            share: seconds / frame.render_seconds,
+            seconds: share * plain,
+            share,
             batches: clock.timed(),
         };
-        let mut stages: Vec<StageTime> =
-            clock.per_batch().into_iter().map(|(name, mean)| stage(name, mean * clock.batches() as f64 / threads)).collect();
-        let told: f64 = stages.iter().map(|s| s.seconds).sum();
-        stages.push(stage("between stages", (frame.render_seconds - told).max(0.0)));
-        list.extend(stages);
+        let mut shares: Vec<(&str, f64)> =
+            clock.per_batch().into_iter().map(|(name, mean)| (name, mean * clock.batches() as f64 / whole)).collect();
+        // Other programs on the machine may take a thread away in the middle of a stage.
+        let told: f64 = shares.iter().map(|s| s.1).sum();
+        shares.iter_mut().for_each(|s| s.1 /= told.max(1.0));
+        shares.push(("between stages", (1.0 - told).max(0.0)));
+        list.extend(shares.into_iter().map(|(name, share)| stage(name, share)));
     }
     Ok(list)
 }

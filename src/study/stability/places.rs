@@ -78,7 +78,11 @@ fn grids(rows: &mut Rows<'_, '_>) -> Result<()> {
             let [x, y, z] = dims;
             let volume = filled(Grid::with_spacing(dims, [1.0; 3])?.with_convention(convention), |[x, ..]| x)?;
             let name = if convention == BoxConvention::Cells { "cells" } else { "nodes" };
-            rows.see("grids", format!("{x} x {y} x {z} voxels, box of {name}"), volume, Camera::orbit(33.0, 21.0)?, 0.2, BOUND)?;
+            // A box of no size does not say where to look from.
+            let eye = volume.grid().center() + DVec3::new(-20.0, 15.0, 9.0);
+            let height = Projection::Orthographic { height: Some(9.0) };
+            let camera = looking(eye, volume.grid().center(), DVec3::Z, height)?;
+            rows.see("grids", format!("{x} x {y} x {z} voxels, box of {name}"), volume, camera, 0.2, BOUND)?;
         }
     }
     Ok(())
@@ -108,7 +112,9 @@ fn eyes(rows: &mut Rows<'_, '_>) -> Result<()> {
         let camera = looking(center + DVec3::new(-9.0, -4.0, 3.0), center, DVec3::Z, Projection::Perspective { fov_y })?;
         rows.see("eyes", format!("field of view {fov_y} degrees"), plain()?, camera, 0.1, BOUND)?;
         let camera = looking(DVec3::new(3.3, 2.9, 3.1), center, DVec3::Z, Projection::Perspective { fov_y })?;
-        rows.see("eyes", format!("field of view {fov_y} degrees, from inside"), plain()?, camera, 0.1, BOUND)?;
+        // Rays aslant cross a thousand slabs' worth of way in each.
+        let case = format!("field of view {fov_y} degrees, from inside");
+        rows.fogged("eyes", case, plain()?, camera, 0.1, None, 100_000, BOUND)?;
     }
     Ok(())
 }

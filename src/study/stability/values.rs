@@ -81,16 +81,18 @@ pub(super) fn rows(bench: &Bench<'_>) -> Result<Vec<Row>> {
         judge("values", format!("f32, nothing but {said}"), volume, scene(fade(0.0, 1.0, 0.1)?, camera()?, 64)?, Bound::Absolute(0.0))?;
     }
     // One value in a thousand shows: as wide as an entry of the table that fits it.
-    let spike = TransferFunction::new(vec![(0.0, [1.0, 0.5, 0.2])], vec![(399.5, 0.0), (400.0, 0.9), (400.5, 0.0)])?;
     let pre = Method { classification: Classification::PreIntegrated, ..Method::default() };
-    for (said, method, slices, bound) in [
-        ("midpoint, 20000 slices", Method::default(), 20_000, Bound::Absolute(3e-3)),
-        ("midpoint, 100 slices", Method::default(), 100, Bound::None),
-        ("pre-integrated, 1100 slices", pre, 1100, Bound::Absolute(3e-3)),
+    for (most, at, half, said, method, slices, bound) in [
+        (1000.0, 400.0, 0.5, "midpoint, 100000 slices", Method::default(), 100_000, Bound::Absolute(3e-3)),
+        (1000.0, 400.0, 0.5, "midpoint, 100 slices", Method::default(), 100, Bound::None),
+        (256.0, 101.0, 1.0, "midpoint, 20000 slices", Method::default(), 20_000, Bound::Absolute(3e-3)),
+        (256.0, 101.0, 1.0, "pre-integrated, 300 slices", pre, 300, Bound::Absolute(1e-2)),
+        (1000.0, 400.0, 0.5, "pre-integrated, 300 slices", pre, 300, Bound::None),
     ] {
-        let volume = filled(grid()?, |[x, ..]| 1000.0 * x)?;
-        let scene = scene(spike.clone(), camera()?, slices)?.with_opacity_unit(0.01)?.with_method(method)?;
-        judge("spikes", format!("one value in 1000 shows: {said}"), volume, scene, bound)?;
+        let spike = TransferFunction::new(vec![(0.0, [1.0, 0.5, 0.2])], vec![(at - half, 0.0), (at, 0.9), (at + half, 0.0)])?;
+        let volume = filled(grid()?, |[x, ..]| most * x)?;
+        let scene = scene(spike, camera()?, slices)?.with_opacity_unit(0.01)?.with_method(method)?;
+        judge("spikes", format!("{} values of {most} show: {said}", 2.0 * half), volume, scene, bound)?;
     }
     Ok(rows)
 }
