@@ -78,7 +78,6 @@ mod settings;
 #[cfg(feature = "study")]
 pub mod study;
 pub mod target;
-mod tolerance;
 pub mod volume;
 
 pub use error::{Error, Result};

@@ -36,6 +36,8 @@ pub struct Settings {
     pub level: Option<Level>,
     /// Limits on memory.
     pub limits: Limits,
+    /// Whether the error of a picture of a given slice count is estimated, from a second picture of twice as many slices.
+    pub estimate: bool,
     /// Who hears about progress.
     pub progress: Option<Arc<dyn Progress>>,
 }
@@ -47,6 +49,7 @@ impl std::fmt::Debug for Settings {
             .field("tile", &self.tile)
             .field("level", &self.level)
             .field("limits", &self.limits)
+            .field("estimate", &self.estimate)
             .field("progress", &self.progress.is_some())
             .finish()
     }

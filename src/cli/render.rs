@@ -67,6 +67,9 @@ pub(super) struct RenderArgs {
     /// Write statistics as JSON; - for stdout.
     #[arg(long, value_name = "FILE.json")]
     stats: Option<PathBuf>,
+    /// Estimate the RMS error of the colours, from a second picture of twice as many slices; told here and in --stats.
+    #[arg(long)]
+    estimate: bool,
     /// Tell on stderr what the picture did not need, and why.
     #[arg(long)]
     explain: bool,
@@ -166,6 +169,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
         threads: args.threads.map(|n| n as usize),
         tile: args.tile,
         level: settings_level,
+        estimate: args.estimate,
         progress: Some(bar.clone()),
         ..Settings::default()
     };
@@ -201,6 +205,9 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
     if let Some(stats_sink) = &stats_sink {
         let text = serde_json::to_string_pretty(&stats::json(clock, &stats, &warnings, &picture, &volume))? + "\n";
         stats_sink.write(text.as_bytes()).inspect_err(|_| forget(&sink))?;
+    }
+    if let Some(error) = stats.error_estimate.filter(|_| args.estimate) {
+        eprintln!("estimated RMS error of the colours: {error:.2e} in {} slices", stats.slices);
     }
     if args.explain {
         eprint!("{}", stats::explain(&stats));

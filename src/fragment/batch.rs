@@ -70,6 +70,8 @@ pub(crate) struct PixelBlock {
     pub(crate) transmittance: [f32; BATCH],
     /// Values at the rays' entries: for slabs between two values.
     pub(crate) entry: [f32; BATCH],
+    /// Values in the middle of the rays' first and second slabs, for those of second order; at last in the piece before the exit.
+    pub(crate) middle: [[f32; BATCH]; 2],
     /// Values at the last slice and at the one before it.
     pub(crate) previous: [[f32; BATCH]; 2],
     /// What rounding has added to red, green, blue and transmittance so far: for compensated sums.
@@ -164,6 +166,7 @@ impl Batch {
                 color: [[0.0; BATCH]; 3],
                 transmittance: [1.0; BATCH],
                 entry: [0.0; BATCH],
+                middle: [[0.0; BATCH]; 2],
                 previous: [[0.0; BATCH]; 2],
                 excess: [[0.0; BATCH]; 4],
                 doubt: 0,

@@ -27,7 +27,7 @@ pub(crate) use classify::{Classify, ClassifyCorners};
 pub(crate) use correct::{Correct, CorrectRiemann};
 pub(crate) use fetch::{FetchAny, FetchCorners, FetchNearest, FetchPacked8, FetchPairs8, FetchPairs16, Guard};
 pub(crate) use fog::{FogEach, FogPlanar, FogRadial};
-pub(crate) use pair::{ClassifyPair, KeepValue};
+pub(crate) use pair::{BEHIND, ClassifyPair, KeepValue};
 pub(crate) use project::{ProjectAdd, ProjectAverage, ProjectIso, ProjectLmip, ProjectMax, ProjectMin};
 pub(crate) use span::{Span, SpanPair};
 pub(crate) use texcoord::{Texcoord, TexcoordFar};

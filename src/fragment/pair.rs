@@ -7,9 +7,14 @@ use crate::lanes::{Kernel, Lanes};
 /// A lookup linear in both values; the slab between the slice before (or the ray's entry) and this slice.
 ///
 /// With `SECOND` the value between the two bends as the parabola through them and the slice before: v(t) = v0 (1-t) + v1 t - (b/2) t (1-t),
-/// where b is the second difference of the three. On average that is b/12 below the straight line; both values are moved by it, which
-/// integrates a function of the value exactly to the second order of its slope, so errors of third order are left.
+/// where b is the second difference of the three. On average that is b/12 below the straight line; the larger value is moved down by
+/// twice as much (or the smaller one up), which gives the line the parabola's mean and leaves errors of the third order. The two
+/// values never leave the range between them, so what is known to be empty stays empty. Where no two slices lie before the slab, its
+/// middle is looked up instead (Simpson's rule: the mean lies two thirds of the middle's distance beside the line).
 pub(crate) struct ClassifyPair<const SPLIT: bool, const SECOND: bool>;
+
+/// The slice index of the pieces behind the last slices.
+pub(crate) const BEHIND: i32 = i32::MAX;
 
 /// Takes in values, without colours: what a slice leaves for the next one.
 pub(crate) struct KeepValue;
@@ -54,15 +59,23 @@ impl<'v, const SPLIT: bool, const SECOND: bool> Kernel<Frame<'v>, Batch> for Cla
             let whole = L::and(finite::<L>(front), finite::<L>(back));
             let (mut a, mut b) = (L::select(whole, front, L::splat(0.0)), L::select(whole, back, L::splat(0.0)));
             if SECOND {
+                // Three slices at equal distances, or both sides and the middle of a slab that has no two slices before it.
+                let next = L::eq_i(slice, L::add_i(first, L::splat_i(1)));
+                let uneven = L::from_bits(L::bits(entered) | L::bits(next) | L::bits(L::eq_i(slice, L::splat_i(BEHIND))));
+                let middle = L::select(entered, L::load(row(&batch.pixels.middle[0], r)), L::load(row(&batch.pixels.middle[1], r)));
                 let before = L::load(row(&batch.pixels.previous[1], r));
-                // Two whole slabs lie before this slice's far side.
-                let three = L::and(L::gt_i(slice, L::add_i(first, L::splat_i(1))), L::and(whole, finite::<L>(before)));
-                let bend = L::sub(L::add(L::sub(before, a), b), a);
-                let shift = L::keep(three, L::mul(bend, L::splat(1.0 / 12.0)));
-                let before = L::select(three, before, a);
-                let (low, high) = (L::min(L::min(a, b), before), L::max(L::max(a, b), before));
-                a = L::min(L::max(L::sub(a, shift), low), high);
-                b = L::min(L::max(L::sub(b, shift), low), high);
+                let bend = L::mul(L::sub(L::add(L::sub(before, a), b), a), L::splat(1.0 / 12.0));
+                let sag = L::mul(L::sub(L::mul(L::add(a, b), L::splat(0.5)), middle), L::splat(2.0 / 3.0));
+                let shift = L::select(uneven, sag, bend);
+                let zero = L::splat(0.0);
+                let (low, high) = (L::min(a, b), L::max(a, b));
+                let twice = L::sub(zero, L::add(shift, shift));
+                // Nothing where the third value is no number: the second operand counts.
+                let (up, down) = (L::max(twice, zero), L::min(twice, zero));
+                let rising = L::le(a, b);
+                let (from, to) = (L::add(a, L::select(rising, up, down)), L::add(b, L::select(rising, down, up)));
+                a = L::min(L::max(from, low), high);
+                b = L::min(L::max(to, low), high);
             }
             let (x, y) = (position::<L, SPLIT>(frame, a), position::<L, SPLIT>(frame, b));
             let (i, j) = (L::min(L::to_f(L::trunc(x)), last), L::trunc(y));

@@ -212,8 +212,8 @@ impl Needs {
         let partial = finish(true, true);
         let pairs = pairs.then(|| {
             // Texture coordinates are set ray by ray, and each ray leaves at a depth of its own.
-            let after = partial.iter().position(|s| s.name == "classify").map_or(0, |i| i + 1);
-            let mut exit = vec![stage("classify", self.classify_pairs(false, level))];
+            let after = partial.iter().position(|s| s.name == "classify").map_or(1, |i| i + 1);
+            let mut exit = vec![partial[after - 1]];
             exit.extend(&partial[after..]);
             if let Some(fog) = exit.iter_mut().find(|s| s.name == "fog") {
                 fog.run = level.kernel::<FogEach, _, _>();

@@ -193,8 +193,9 @@ impl<'v, W: Watch> March<'_, '_, 'v, W> {
         }
         let mut visible = visible;
         if let (Some(occupancy), false) = (self.work.occupancy, visible) {
-            let (lo, hi) =
-                self.placing.bounds(self.sampled(from - self.work.pairs.as_ref().map_or(0, |p| p.lookback)), self.sampled(to - 1));
+            // Slabs between slices reach back to the slice before.
+            let back = i64::from(self.work.outer.between());
+            let (lo, hi) = self.placing.bounds(self.sampled(from - back), self.sampled(to - 1));
             match occupancy.content(lo, hi) {
                 Content::Empty => {
                     self.counters.empty += (to - from) as u64;

@@ -10,7 +10,7 @@ use super::beam::Outer;
 use super::block::{March, Placing};
 use super::watch::Watch;
 use crate::fragment::batch::{BATCH, SIDE};
-use crate::fragment::{Batch, Frame, Stage};
+use crate::fragment::{BEHIND, Batch, Frame, Stage};
 use std::array;
 
 /// Stages of the lookups besides the slices'.
@@ -74,7 +74,7 @@ impl Placing {
 impl<'v, W: Watch> March<'_, '_, 'v, W> {
     /// Makes the values that slice `k` needs besides its own.
     pub(super) fn before_pair(&mut self, k: i64, work: &PairWork<'v>) {
-        if !self.kept.entries && k <= self.range.last_first {
+        if !self.kept.entries && k <= self.range.last_first + work.lookback - 1 {
             self.kept.entries = true;
             let depths = self.depths(|first, _, pixels, i| {
                 // With whole slabs at the ends, a ray's first piece has the value of its first slice throughout.
@@ -83,6 +83,15 @@ impl<'v, W: Watch> March<'_, '_, 'v, W> {
             });
             self.fetch_each(&depths, work);
             self.batch.pixels.entry = self.batch.value;
+            if work.lookback > 1 {
+                let whole = self.work.outer == Outer::WholeBetween;
+                let first = self.depths(|first, _, pixels, i| first - if whole { 0.0 } else { 0.5 * f64::from(pixels.first_length[i]) });
+                self.fetch_each(&first, work);
+                self.batch.pixels.middle[0] = self.batch.value;
+                let second = self.depths(|first, _, _, _| first + 0.5);
+                self.fetch_each(&second, work);
+                self.batch.pixels.middle[1] = self.batch.value;
+            }
         }
         let earliest = (k - work.lookback).max(self.range.any.0);
         if earliest < k && !(self.kept.slice == k - 1 && self.kept.run >= k - earliest) {
@@ -118,6 +127,11 @@ impl<'v, W: Watch> March<'_, '_, 'v, W> {
         }
         self.fetch_each(&lasts, work);
         self.batch.pixels.previous[0] = self.batch.value;
+        if work.lookback > 1 {
+            let middles = array::from_fn(|i| 0.5 * (lasts[i] + exits[i]));
+            self.fetch_each(&middles, work);
+            self.batch.pixels.middle[1] = self.batch.value;
+        }
         self.fetch_each(&exits, work);
         let mut mask = 0u64;
         for i in 0..BATCH {
@@ -135,8 +149,7 @@ impl<'v, W: Watch> March<'_, '_, 'v, W> {
         }
         self.whole_lengths = false;
         self.batch.mask = mask;
-        // Behind every slice.
-        self.batch.slice = i32::MAX;
+        self.batch.slice = BEHIND;
         self.counters.batches += 1;
         self.watch.slice(frame, self.batch);
         for stage in &work.exit {

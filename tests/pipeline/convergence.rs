@@ -28,7 +28,7 @@ fn spread(grid: Grid, f: &dyn Fn([f64; 3]) -> f64) -> Volume {
 }
 
 /// RMS errors against the reference for each number of slices.
-fn errors(volume: &Volume, scene: &Scene, counts: &[u64]) -> Vec<f64> {
+pub(super) fn errors(volume: &Volume, scene: &Scene, counts: &[u64]) -> Vec<f64> {
     let want = image(scene, volume, Region::whole(scene)).unwrap();
     let mut list = Vec::new();
     for &n in counts {
@@ -40,7 +40,7 @@ fn errors(volume: &Volume, scene: &Scene, counts: &[u64]) -> Vec<f64> {
 }
 
 /// Slope of a straight line through (ln n, -ln e).
-fn order(counts: &[u64], errors: &[f64]) -> f64 {
+pub(super) fn order(counts: &[u64], errors: &[f64]) -> f64 {
     let points: Vec<(f64, f64)> = counts.iter().zip(errors).map(|(&n, e)| ((n as f64).ln(), -e.ln())).collect();
     let mean = |f: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(f).sum::<f64>() / points.len() as f64;
     let (x, y) = (mean(&|p| p.0), mean(&|p| p.1));
@@ -63,7 +63,7 @@ fn island() -> Volume {
 }
 
 #[test]
-fn errors_fall_with_the_square_of_the_number_of_slices() {
+pub(super) fn errors_fall_with_the_square_of_the_number_of_slices() {
     let volume = island();
     let scene = || Scene::new(smooth_transfer(0.0)).with_opacity_unit(4.0).unwrap();
     // Voxels are finer than slices: kinks between cells would only add noise.

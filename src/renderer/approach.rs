@@ -1,0 +1,96 @@
+//! Ways to a picture that take more than one frame: extrapolation, an error estimated, an error asked for.
+
+use super::Renderer;
+use super::frame::{Finished, Shot};
+use super::refine;
+use crate::proxy::Stack;
+use crate::raster::Watch;
+use crate::scene::{MAX_SLICES, Method};
+use crate::{Error, Result};
+
+impl Renderer<'_> {
+    /// `pixels` in `count` slices as the scene's method says; and the RMS error of red, green and blue, where settings ask for it.
+    pub(super) fn in_slices<W: Watch>(
+        &mut self,
+        shot: &mut Shot<'_, W>,
+        count: u64,
+        pixels: &mut Vec<[f32; 4]>,
+    ) -> Result<(Finished, Option<f64>)> {
+        let method = crate::plan::method(shot.scene);
+        let terminate = shot.scene.terminate();
+        let finer = |count: u64| {
+            (2 * count <= MAX_SLICES).then_some(2 * count).ok_or(Error::Limit {
+                what: format!("twice {count} slices, for extrapolation or an estimate"),
+                needed: u128::from(2 * count),
+                limit: u128::from(MAX_SLICES),
+            })
+        };
+        let mut done = self.frame(shot, count, terminate, None, pixels)?;
+        if method.extrapolate {
+            let mut coarse = pixels.clone();
+            done.add(&self.frame(shot, finer(count)?, terminate, None, pixels)?);
+            extrapolate(&mut coarse, pixels, method);
+            // The finer of the two has the larger error, as a rule.
+            let error = self.settings.estimate.then(|| rms(&coarse, pixels));
+            *pixels = coarse;
+            return Ok((done, error));
+        }
+        if !self.settings.estimate {
+            return Ok((done, None));
+        }
+        let mut fine = pixels.clone();
+        done.cost(&self.frame(shot, finer(count)?, terminate, None, &mut fine)?);
+        Ok((done, Some(rms(pixels, &fine) * share(method))))
+    }
+
+    /// `pixels` to `tolerance`, each block in as many slices as it needs; and the error estimated.
+    pub(super) fn to_tolerance<W: Watch>(
+        &mut self,
+        shot: &mut Shot<'_, W>,
+        tolerance: f64,
+        pixels: &mut Vec<[f32; 4]>,
+    ) -> Result<(Finished, f64)> {
+        let grid = self.volume.grid();
+        let depth = Stack::depth_range(grid, &shot.view).map_or(0.0, |(near, far)| far - near);
+        let first = refine::first_count(depth, grid.smallest_spacing());
+        let terminate = refine::terminate(shot.scene.terminate(), tolerance);
+        let width = shot.view.width as usize;
+        let mut done: Option<Finished> = None;
+        let reached = refine::refine(tolerance, first, width, pixels, |count, blocks, pixels| {
+            let part = self.frame(shot, count, terminate, blocks, pixels)?;
+            match &mut done {
+                Some(done) => done.add(&part),
+                None => done = Some(part),
+            }
+            Ok(())
+        })?;
+        let mut done = done.ok_or_else(|| Error::invalid("a picture without a frame"))?;
+        let all: usize = reached.levels.iter().map(|l| l.1).sum();
+        let levels: Vec<String> = reached.levels.iter().map(|(slices, blocks)| format!("{blocks} in {slices}")).collect();
+        done.planned.push(("finer slices where coarse ones do".to_owned(), format!("of {all} blocks: {} slices", levels.join(", "))));
+        Ok((done, reached.error))
+    }
+}
+
+/// Error of N slices over their difference to 2 N, when the error falls with the method's order p: 2^p / (2^p - 1).
+fn share(method: Method) -> f64 {
+    let power = f64::from(1u32 << method.order());
+    power / (power - 1.0)
+}
+
+/// Turns `coarse` into what a series of pictures leads to (Richardson 1911): fine + (fine - coarse) / (2^p - 1), within [0,1].
+fn extrapolate(coarse: &mut [[f32; 4]], fine: &[[f32; 4]], method: Method) {
+    let rest = 1.0 / (f64::from(1u32 << method.order()) - 1.0);
+    for (coarse, fine) in coarse.iter_mut().zip(fine) {
+        for (c, &f) in coarse.iter_mut().zip(fine) {
+            let f = f64::from(f);
+            *c = (f + (f - f64::from(*c)) * rest).clamp(0.0, 1.0) as f32;
+        }
+    }
+}
+
+/// Root of the mean squared difference of red, green and blue.
+fn rms(a: &[[f32; 4]], b: &[[f32; 4]]) -> f64 {
+    let sum: f64 = a.iter().zip(b).flat_map(|(a, b)| (0..3).map(|c| f64::from(a[c]) - f64::from(b[c]))).map(|d| d * d).sum();
+    (sum / (3 * a.len()).max(1) as f64).sqrt()
+}

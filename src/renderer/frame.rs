@@ -1,0 +1,261 @@
+//! One frame: so many slices of a scene, into pixels.
+
+use super::{Renderer, TILE};
+use crate::fragment::{Frame, FrameFog};
+use crate::plan::{self, Classes, Needs, Scaling, Slab};
+use crate::proxy::Stack;
+use crate::raster::{BlockMask, Counters, Occupancy, Outer, Resolve, Watch, Work, render_tiles};
+use crate::scene::{Blend, Ends, Fog, FogDistance, FogWeighting, Premultiplied, SampleAt, Scene, SlabForm, TransferFunction, View};
+use crate::volume::bricks::Bricks;
+use crate::volume::packed::Packed;
+use crate::{Error, Result, Volume};
+use std::time::Instant;
+
+/// What depends on the volume alone.
+pub(super) struct VolumeData {
+    pub(super) bricks: Bricks,
+    pub(super) packed: Option<Packed>,
+    pub(super) scaling: Scaling,
+}
+
+/// What depends on the volume, the transfer function and the thickness of a slab.
+pub(super) struct TransferData {
+    transfer: TransferFunction,
+    slab: Slab,
+    /// Whether the table is over pairs of values.
+    pairs: bool,
+    classes: Classes,
+    table: crate::lanes::LookupTable,
+    occupancy: Occupancy,
+}
+
+/// A picture in the making: what frames of it share.
+pub(super) struct Shot<'s, W> {
+    pub(super) scene: &'s Scene,
+    pub(super) view: View,
+    pub(super) clock: Clock,
+    pub(super) watch: W,
+}
+
+impl Renderer<'_> {
+    /// Fills `pixels` with the scene in `count` slices, pixels ending at transmittance `terminate`; with a mask, its blocks alone.
+    pub(super) fn frame<W: Watch>(
+        &mut self,
+        shot: &mut Shot<'_, W>,
+        count: u64,
+        terminate: f32,
+        blocks: Option<&BlockMask>,
+        pixels: &mut [[f32; 4]],
+    ) -> Result<Finished> {
+        let (scene, view) = (shot.scene, &shot.view);
+        let volume = self.volume;
+        let Some(VolumeData { bricks, packed, scaling }) = &self.volume_data else {
+            return Err(Error::invalid("a frame before the volume is prepared"));
+        };
+        let stack = Stack::new(volume.grid(), view, scene.clip_planes(), count);
+        let transfer_data = shot.clock.prepare(|| {
+            let unit = scene.opacity_unit().unwrap_or_else(|| volume.grid().smallest_spacing());
+            let ratio = if stack.is_empty() { 1.0 } else { stack.spacing / unit };
+            let method = plan::method(scene);
+            let slab = Slab { ratio, form: method.slab };
+            let pairs = method.is_pre_integrated();
+            let kept = self.transfer_data.take().filter(|t| t.transfer == *scene.transfer());
+            self.transfer_data.insert(match kept {
+                Some(kept) if kept.slab == slab && kept.pairs == pairs => kept,
+                kept => prepare_transfer(scene.transfer(), (slab, pairs), volume, bricks, kept),
+            })
+        });
+        let (frame, split) = make_frame(scene, volume, packed.as_ref(), scaling, transfer_data, terminate);
+        let needs = Needs::new(scene, &stack, bricks, split, terminate);
+        let stages = needs.stages(volume, packed.is_some(), scaling, self.level);
+        let work = Work {
+            frame: &frame,
+            stack: &stack,
+            fog: scene.fog().filter(|_| needs.fog.is_some()),
+            order: needs.order,
+            occupancy: needs.skip.then_some(&transfer_data.occupancy),
+            span: stages.span,
+            whole: stages.whole,
+            partial: stages.partial,
+            start: start_values(scene.blend()),
+            radial: needs.fog == Some(FogDistance::Radial),
+            outer: match (needs.method.is_pre_integrated(), needs.method.ends) {
+                (false, Ends::Partial) => Outer::Partial,
+                (false, Ends::Whole) => Outer::Whole,
+                (true, Ends::Partial) => Outer::Between,
+                (true, Ends::Whole) => Outer::WholeBetween,
+            },
+            pairs: stages.pairs,
+            sample: if needs.method.sample == SampleAt::End { 0.5 } else { 0.0 },
+        };
+        let resolve = Resolve {
+            blend: scene.blend(),
+            background: background(scene),
+            transfer: scene.transfer(),
+            volume,
+            stack: &stack,
+            scale: scaling.scale,
+            offset: scaling.offset,
+            low: f64::from(frame.table_low),
+            bounded: needs.method.slab == SlabForm::Exponential,
+        };
+        let mut counters = Counters::default();
+        if stack.is_empty() {
+            pixels.fill(resolve.background());
+        } else {
+            let tile = self.settings.tile.unwrap_or(TILE);
+            let seen;
+            (counters, seen) = render_tiles(&work, &resolve, tile, pixels, blocks, self.settings.progress.as_deref())?;
+            shot.watch.merge(seen);
+        }
+        let planned = plan::planned(scene, volume, &needs);
+        let visible_share = needs.skip.then(|| transfer_data.occupancy.share());
+        Ok(Finished { counters, slices: stack.count, planned, visible_share })
+    }
+}
+
+/// What a frame took, or several frames that make up one picture.
+pub(super) struct Finished {
+    pub(super) counters: Counters,
+    pub(super) slices: u64,
+    pub(super) planned: Vec<(String, String)>,
+    visible_share: Option<f64>,
+}
+
+impl Finished {
+    /// Adds a further frame of the same picture.
+    pub(super) fn add(&mut self, other: &Self) {
+        self.counters.add(&other.counters);
+        self.slices = self.slices.max(other.slices);
+    }
+
+    /// Adds what another frame took that is not part of the picture.
+    pub(super) fn cost(&mut self, other: &Self) {
+        self.counters.add(&other.counters);
+    }
+
+    /// Everything that was left out of a picture of `width` x `height` pixels.
+    pub(super) fn left_out(&mut self, width: u32, height: u32) -> Vec<(String, String)> {
+        let blocks = u64::from(width.div_ceil(8)) * u64::from(height.div_ceil(8));
+        let mut list = std::mem::take(&mut self.planned);
+        list.extend(plan::counted(&self.counters, self.visible_share, blocks));
+        list
+    }
+}
+
+/// Seconds since a frame began, and those of them that went into what depends on volume and transfer function only.
+pub(super) struct Clock {
+    pub(super) start: Instant,
+    pub(super) prepare_seconds: f64,
+}
+
+impl Clock {
+    pub(super) fn prepare<R>(&mut self, work: impl FnOnce() -> R) -> R {
+        let start = Instant::now();
+        let result = work();
+        self.prepare_seconds += start.elapsed().as_secs_f64();
+        result
+    }
+}
+
+/// Table and occupancy of a transfer function for slabs like `slab`.
+///
+/// What `kept` holds for another thickness serves again where it does not depend on it.
+fn prepare_transfer(
+    transfer: &TransferFunction,
+    (slab, pairs): (Slab, bool),
+    volume: &Volume,
+    bricks: &Bricks,
+    kept: Option<TransferData>,
+) -> TransferData {
+    let (slope, intercept) = volume.rescale();
+    let value = |stored: f64| stored * slope + intercept;
+    // In the order of the data's units, whatever the sign of the slope.
+    let sorted = |lo: f64, hi: f64| if slope < 0.0 { (value(hi), value(lo)) } else { (value(lo), value(hi)) };
+    let (min, max) = bricks.range;
+    let range = if min <= max { sorted(min, max) } else { (0.0, 0.0) };
+    let classes = Classes::new(transfer, range, slab, pairs);
+    let table = classes.table(transfer, slab);
+    let occupancy = match kept.filter(|k| k.classes == classes) {
+        Some(kept) => kept.occupancy,
+        None => Occupancy::new(bricks, volume.grid().dims(), |lo, hi| {
+            let (lo, hi) = sorted(lo, hi);
+            classes.opaque_within(lo, hi)
+        }),
+    };
+    TransferData { transfer: transfer.clone(), slab, pairs, classes, table, occupancy }
+}
+
+/// Constants of the frame, and whether the table's scale has to be applied in two steps.
+fn make_frame<'v>(
+    scene: &Scene,
+    volume: &'v Volume,
+    packed: Option<&'v Packed>,
+    scaling: &Scaling,
+    data: &TransferData,
+    terminate: f32,
+) -> (Frame<'v>, bool) {
+    let [nx, ny, nz] = volume.grid().dims();
+    let stride = |n: usize, stride: usize| if n > 1 { stride } else { 0 };
+    let (low, high) = data.classes.range();
+    let (low, high) = (scaling.number(low), scaling.number(high));
+    let last = data.classes.last();
+    let scale = if last == 0 { 0.0 } else { last as f64 / (high - low) };
+    let split = scale != 0.0 && !(1e-30..1e30).contains(&scale.abs());
+    let table_scale = if split {
+        let (mantissa, exponent) = libm::frexp(scale);
+        let half = exponent / 2;
+        [libm::scalbn(mantissa, half) as f32, libm::scalbn(1.0, exponent - half) as f32]
+    } else {
+        [scale as f32, 1.0]
+    };
+    let level = match scene.blend() {
+        Blend::Lmip { threshold: x } | Blend::Iso { level: x } => scaling.number(x),
+        _ => 0.0,
+    };
+    let frame = Frame {
+        voxels: volume.voxels(),
+        packed,
+        strides: [stride(nx, 1), stride(ny, nx), stride(nz, nx * ny)],
+        to_f32: scaling.to_f32,
+        table: data.table.clone(),
+        table_low: low as f32,
+        table_scale,
+        table_last: last as f32,
+        terminate,
+        fog: scene.fog().map(|f| FrameFog {
+            mode: f.mode(),
+            color: f.color().map(|c| c as f32),
+            weighted: f.weighting() == FogWeighting::Alpha,
+        }),
+        level: level as f32,
+    };
+    (frame, split)
+}
+
+/// What pixels start from: colour channels, then transmittance.
+fn start_values(blend: Blend) -> [f32; 4] {
+    let nothing = crate::fragment::project::NOTHING;
+    match blend {
+        Blend::Over => [0.0, 0.0, 0.0, 1.0],
+        Blend::Add | Blend::Average => [0.0; 4],
+        Blend::Mip | Blend::Min => [nothing, 0.0, 0.0, 1.0],
+        Blend::Lmip { .. } | Blend::Iso { .. } => [nothing, nothing, 0.0, 1.0],
+    }
+}
+
+/// The background, fogged as from infinitely far where the scene asks for it.
+fn background(scene: &Scene) -> Premultiplied {
+    let color = scene.background();
+    let straight = match scene.fog().filter(|_| scene.fogged_background()) {
+        Some(fog) => fogged(color, fog),
+        None => color,
+    };
+    straight.premultiply()
+}
+
+fn fogged(color: crate::scene::Straight, fog: &Fog) -> crate::scene::Straight {
+    let f = fog.factor(f64::MAX);
+    let rgb = std::array::from_fn(|c| f * color.rgb[c] + (1.0 - f) * fog.color()[c]);
+    crate::scene::Straight { rgb, alpha: color.alpha }
+}
