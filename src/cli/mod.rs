@@ -9,7 +9,9 @@ mod output;
 mod presets;
 mod progress;
 mod render;
+mod report;
 mod schema;
+mod shorthands;
 mod stats;
 
 use clap::error::ErrorKind;
@@ -38,6 +40,8 @@ Examples:
 enum Verb {
     /// Make a picture of a scene or a volume.
     Render(Box<render::RenderArgs>),
+    /// Measure what error costs in time for a scene, method by method; or what holds in extreme cases.
+    Report(Box<report::ReportArgs>),
     /// Tell what is in a volume file, and which presets suit it.
     Info(info::InfoArgs),
     /// List presets and colour maps.
@@ -68,6 +72,7 @@ pub(crate) fn run() -> ExitCode {
     };
     let done = match cli.verb {
         Verb::Render(args) => render::run(&args),
+        Verb::Report(args) => report::run(&args),
         Verb::Info(args) => info::run(&args),
         Verb::Presets => presets::run(),
         Verb::Schema => schema::run(),

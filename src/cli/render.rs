@@ -3,6 +3,7 @@
 use super::flags::SceneFlags;
 use super::output::{Sink, encoding};
 use super::progress::{Bar, Phase, catch_signals, enter};
+use super::shorthands::Shorthands;
 use super::stats::{self, Clock};
 use super::{Usage, complain};
 use anyhow::{Result, bail};
@@ -40,27 +41,8 @@ pub(super) struct RenderArgs {
     /// Bits of a PNG's components.
     #[arg(long, value_parser = ["8", "16"], default_value = "8")]
     depth: String,
-    /// Ready-made transfer function: see `slicestack presets`.
-    #[arg(long, value_name = "NAME")]
-    preset: Option<String>,
-    /// Size of the picture in pixels, such as 800x600.
-    #[arg(long, value_name = "WxH", allow_hyphen_values = true)]
-    size: Option<String>,
-    /// Number of slices.
-    #[arg(long, value_name = "N", allow_hyphen_values = true)]
-    count: Option<String>,
-    /// Degrees around the box.
-    #[arg(long, value_name = "DEGREES", allow_hyphen_values = true)]
-    azimuth: Option<String>,
-    /// Degrees upwards.
-    #[arg(long, value_name = "DEGREES", allow_hyphen_values = true)]
-    elevation: Option<String>,
-    /// 1 fits the volume into the picture, 2 shows it twice as large.
-    #[arg(long, value_name = "FACTOR", allow_hyphen_values = true)]
-    zoom: Option<String>,
-    /// Colour behind the volume: black, white, #rrggbb, or r,g,b,a from 0 to 1; transparent unless given.
-    #[arg(long, value_name = "COLOUR")]
-    background: Option<String>,
+    #[command(flatten)]
+    short: Shorthands,
     /// Render so often, and report the shortest time.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     repeat: u32,
@@ -145,7 +127,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
     let mut overrides = Overrides::default();
     let named = args.input.is_some() || args.flags.has("volume.path") || args.flags.has("volume.phantom");
     let text = if named { scene_of(args.input.as_deref(), &mut overrides)? } else { SceneText::Text(DEFAULT_SCENE) };
-    shorthands(args, &mut overrides)?;
+    args.short.apply(&args.flags, &mut overrides)?;
     args.flags.apply(&mut overrides);
     let sink = Sink::new(&args.output)?;
     let (format, depth) = encoding(&sink, args.format.as_deref(), &args.depth)?;
@@ -234,7 +216,11 @@ fn tell(path: &Path, format: Format, clock: Clock) {
     );
 }
 
-fn level(name: &str) -> Result<Option<Level>> {
+/// The vector level called `name`; `None` for the fastest.
+///
+/// # Errors
+/// [`Usage`] for one that this machine has not.
+pub(super) fn level(name: &str) -> Result<Option<Level>> {
     if name == "auto" {
         return Ok(None);
     }
@@ -245,54 +231,5 @@ fn level(name: &str) -> Result<Option<Level>> {
             let names: Vec<&str> = levels.iter().map(|l| l.name()).collect();
             bail!(Usage(format!("--simd {name}: this machine has auto, {}", names.join(", "))))
         }
-    }
-}
-
-/// Short flags, as the keys they stand for; the long flag wins where both are given.
-fn shorthands(args: &RenderArgs, overrides: &mut Overrides) -> Result<()> {
-    let direct = [
-        ("transfer.preset", &args.preset),
-        ("slices.count", &args.count),
-        ("camera.azimuth", &args.azimuth),
-        ("camera.elevation", &args.elevation),
-        ("camera.zoom", &args.zoom),
-    ];
-    for (path, value) in direct {
-        if let Some(value) = value.as_ref().filter(|_| !args.flags.has(path)) {
-            overrides.set(path, value);
-        }
-    }
-    if let Some(size) = &args.size {
-        let Some((width, height)) = size.split_once(['x', 'X']).filter(|(w, h)| w.parse::<u32>().is_ok() && h.parse::<u32>().is_ok())
-        else {
-            bail!(Usage(format!("--size {size}: write WIDTHxHEIGHT, such as 800x600")));
-        };
-        overrides.set("image.width", width);
-        overrides.set("image.height", height);
-    }
-    if let Some(text) = &args.background {
-        overrides.set("image.background", background(text)?);
-    }
-    Ok(())
-}
-
-/// A colour as the list that a scene file has.
-fn background(text: &str) -> Result<String> {
-    let refused = || Usage(format!("--background {text}: write black, white, #rrggbb, or r,g,b,a from 0 to 1"));
-    match text {
-        "black" => return Ok("0,0,0,1".into()),
-        "white" => return Ok("1,1,1,1".into()),
-        _ => {}
-    }
-    if let Some(hex) = text.strip_prefix('#') {
-        let number = u32::from_str_radix(hex, 16).ok().filter(|_| hex.len() == 6).ok_or_else(refused)?;
-        let [_, r, g, b] = number.to_be_bytes().map(|c| f64::from(c) / 255.0);
-        return Ok(format!("{r},{g},{b},1"));
-    }
-    let numbers: Vec<f64> = text.split(',').map(|n| n.trim().parse().map_err(|_| refused())).collect::<Result<_, _>>()?;
-    match numbers.as_slice() {
-        [r, g, b] => Ok(format!("{r},{g},{b},1")),
-        [r, g, b, a] => Ok(format!("{r},{g},{b},{a}")),
-        _ => bail!(refused()),
     }
 }

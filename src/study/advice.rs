@@ -97,7 +97,9 @@ pub(super) fn bend(volume: &Volume, scene: &Scene, slices: u64) -> Result<Option
             let every = (slices / 512).max(1);
             for k in (0..slices).step_by(every as usize) {
                 let near = stack.near + k as f64 * stack.spacing;
-                let (Some(a), Some(m), Some(b)) = (value(near), value(near + 0.5 * stack.spacing), value(near + stack.spacing)) else { continue };
+                let (Some(a), Some(m), Some(b)) = (value(near), value(near + 0.5 * stack.spacing), value(near + stack.spacing)) else {
+                    continue;
+                };
                 if scene.transfer().opaque_within(a.min(m).min(b), a.max(m).max(b)) {
                     off += (m - 0.5 * (a + b)) * (m - 0.5 * (a + b));
                     apart += (b - a) * (b - a);

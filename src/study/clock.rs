@@ -17,7 +17,8 @@ impl Clock {
     /// A clock that starts now, and tells `progress`.
     pub(super) fn new(budget: f64, progress: Option<Arc<dyn Progress>>) -> Self {
         let total = (budget * 1000.0) as u64;
-        let ear = progress.map(|inner| Arc::new(Ear { inner, what: Mutex::new(String::new()), start: Instant::now(), done: AtomicU64::new(0), total }));
+        let ear = progress
+            .map(|inner| Arc::new(Ear { inner, what: Mutex::new(String::new()), start: Instant::now(), done: AtomicU64::new(0), total }));
         Self { start: Instant::now(), budget, ear }
     }
 

@@ -76,7 +76,8 @@ fn resampled(volume: &Volume, factor: f64) -> Result<Volume> {
     // Where the new voxel (0,0,0) lies among the old ones.
     let shift = DVec3::from_array(ratio.map(|r| if old.convention() == BoxConvention::Nodes { 0.0 } else { 0.5 * r - 0.5 }));
     let steps = old.index_to_world().matrix3 * DMat3::from_diagonal(DVec3::from_array(ratio));
-    let grid = Grid::new(dims, old.index_to_world().transform_point3(shift), steps)?.with_convention(old.convention()).with_space(old.space());
+    let grid =
+        Grid::new(dims, old.index_to_world().transform_point3(shift), steps)?.with_convention(old.convention()).with_space(old.space());
     let pick: [Vec<usize>; 3] = std::array::from_fn(|axis| {
         let nearest = |i: usize| ((i as f64 * ratio[axis] + shift[axis]).round().max(0.0) as usize).min(old.dims()[axis] - 1);
         (0..dims[axis]).map(nearest).collect()

@@ -53,8 +53,14 @@ const BASE: Method = Method {
     extrapolate: false,
 };
 
-const PLAIN: NamedMethod =
-    NamedMethod { name: "midpoint", about: "a sample in the middle of each slab: the default", method: BASE, tolerance: false, other_limit: None, first: 32 };
+const PLAIN: NamedMethod = NamedMethod {
+    name: "midpoint",
+    about: "a sample in the middle of each slab: the default",
+    method: BASE,
+    tolerance: false,
+    other_limit: None,
+    first: 32,
+};
 
 /// Slices from which the two ways to add up differ.
 const LONG: u64 = 4096;
@@ -62,12 +68,7 @@ const LONG: u64 = 4096;
 /// All of them, the default first.
 pub const METHODS: &[NamedMethod] = &[
     PLAIN,
-    NamedMethod {
-        name: "tolerance",
-        about: "the default, slices chosen block by block for the error asked for",
-        tolerance: true,
-        ..PLAIN
-    },
+    NamedMethod { name: "tolerance", about: "the default, slices chosen block by block for the error asked for", tolerance: true, ..PLAIN },
     NamedMethod {
         name: "pre-integrated",
         about: "the transfer function integrated over each slab, between the values on its two sides",
@@ -110,12 +111,7 @@ pub const METHODS: &[NamedMethod] = &[
         method: Method { slab: SlabForm::Riemann, ..BASE },
         ..PLAIN
     },
-    NamedMethod {
-        name: "unorm8",
-        about: "blended in 8 bits a component",
-        method: Method { target: Target::Unorm8, ..BASE },
-        ..PLAIN
-    },
+    NamedMethod { name: "unorm8", about: "blended in 8 bits a component", method: Method { target: Target::Unorm8, ..BASE }, ..PLAIN },
     NamedMethod {
         name: "pre-classified",
         about: "voxels classified, their colours interpolated",

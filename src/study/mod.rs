@@ -18,6 +18,7 @@ mod methods;
 mod plot;
 mod precision;
 mod record;
+mod report;
 
 mod stability;
 mod stages;
@@ -27,4 +28,5 @@ pub use methods::{METHODS, NamedMethod};
 pub use precision::{Options, Study, study};
 pub use record::{Advice, Cost, MethodRecord, Point, PreIntegration, Record, Setting, SlicesFor, StageTime};
 
+pub use report::{File, scene_files, stability_files};
 pub use stability::{CountPoint, RiemannPoint, Row, Stability, stability};

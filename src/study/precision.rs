@@ -89,7 +89,8 @@ pub fn study(volume: &Volume, scene: &Scene, options: &Options) -> Result<Study>
     for (i, method) in options.methods.iter().enumerate() {
         clock.now(method.name)?;
         // Those that a user would choose get more of the time.
-        let weight = |m: &NamedMethod| if m.expected_order().is_none_or(|p| p > 1) && m.other_limit.is_none() && m.first < MANY { 3.0 } else { 1.0 };
+        let weight =
+            |m: &NamedMethod| if m.expected_order().is_none_or(|p| p > 1) && m.other_limit.is_none() && m.first < MANY { 3.0 } else { 1.0 };
         let share = clock.left(FIRST) * weight(method) / options.methods[i..].iter().map(|m| weight(m)).sum::<f64>();
         missing.push(match bench.series(&mut renderer, scene, method, share, &mut found) {
             Ok(()) => None,

@@ -30,7 +30,8 @@ pub(super) struct Span {
 impl Span {
     /// The range of all positive numbers among `values`, with some air; one decade around 1 when there are none.
     pub(super) fn of(values: impl Iterator<Item = f64>) -> Self {
-        let (low, high) = values.filter(|v| *v > 0.0 && v.is_finite()).fold((f64::INFINITY, 0.0), |(a, b): (f64, f64), v| (a.min(v), b.max(v)));
+        let (low, high) =
+            values.filter(|v| *v > 0.0 && v.is_finite()).fold((f64::INFINITY, 0.0), |(a, b): (f64, f64), v| (a.min(v), b.max(v)));
         if low > high {
             return Self { low: 0.3, high: 3.0 };
         }

@@ -56,8 +56,11 @@ impl Chart {
             let (x, y) = (spans[0].place(p[0]), spans[1].place(p[1]));
             [frame.left + x * (frame.right - frame.left), frame.bottom - y * (frame.bottom - frame.top)]
         };
-        let shown: Vec<Vec<[f64; 2]>> =
-            self.curves.iter().map(|c| c.points.iter().filter(|p| p.iter().all(|v| *v > 0.0 && v.is_finite())).map(place).collect()).collect();
+        let shown: Vec<Vec<[f64; 2]>> = self
+            .curves
+            .iter()
+            .map(|c| c.points.iter().filter(|p| p.iter().all(|v| *v > 0.0 && v.is_finite())).map(place).collect())
+            .collect();
         for (curve, points) in self.curves.iter().zip(&shown) {
             let dash = curve.guide.then_some([5.0, 4.0]);
             let width = if curve.guide { 1.0 } else { 1.8 };
@@ -87,7 +90,12 @@ fn ink(curve: &Curve) -> Ink {
 /// What stands before a curve's name.
 fn sign(curve: &Curve, at: [f64; 2]) -> Option<Shape> {
     if curve.guide {
-        return Some(Shape::Line { points: vec![[at[0] - 6.0, at[1]], [at[0] + 7.0, at[1]]], ink: Ink::Muted, width: 1.0, dash: Some([4.0, 3.0]) });
+        return Some(Shape::Line {
+            points: vec![[at[0] - 6.0, at[1]], [at[0] + 7.0, at[1]]],
+            ink: Ink::Muted,
+            width: 1.0,
+            dash: Some([4.0, 3.0]),
+        });
     }
     Some(marker(curve.look, at, 4.0))
 }

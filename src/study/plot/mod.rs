@@ -12,9 +12,10 @@ mod chart;
 mod png;
 mod svg;
 
-pub(super) use axis::{Axis, Ticks};
+pub(super) use axis::{Axis, Ticks, seconds, short};
 pub(super) use bars::{Bar, Bars};
 pub(super) use chart::{Chart, Curve, Layout};
+pub(super) use svg::escape;
 
 /// What a shape is drawn in. A page may give each another colour in the dark.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -25,7 +25,8 @@ impl Drawing {
                 Shape::Line { points, ink, width, dash } => {
                     let Some(path) = path(points, false) else { continue };
                     let dash = dash.and_then(|[on, off]| StrokeDash::new(vec![on as f32, off as f32], 0.0));
-                    let stroke = Stroke { width: *width as f32, dash, line_join: LineJoin::Round, line_cap: LineCap::Butt, ..Stroke::default() };
+                    let stroke =
+                        Stroke { width: *width as f32, dash, line_join: LineJoin::Round, line_cap: LineCap::Butt, ..Stroke::default() };
                     pixels.stroke_path(&path, &paint(*ink), &stroke, view, None);
                 }
                 Shape::Area { points, fill, edge } => {

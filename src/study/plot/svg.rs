@@ -30,7 +30,9 @@ impl Drawing {
             (false, _) => format!("style=\"{property}:var(--{})\"", ink.class()),
         };
         let both = |fill: Ink, edge: Ink| match (alone, fill.rgb(), edge.rgb()) {
-            (true, [r, g, b], [s, t, u]) => format!("fill=\"#{r:02x}{g:02x}{b:02x}\" stroke=\"#{s:02x}{t:02x}{u:02x}\" stroke-width=\"1.3\""),
+            (true, [r, g, b], [s, t, u]) => {
+                format!("fill=\"#{r:02x}{g:02x}{b:02x}\" stroke=\"#{s:02x}{t:02x}{u:02x}\" stroke-width=\"1.3\"")
+            }
             (false, ..) => format!("style=\"fill:var(--{});stroke:var(--{});stroke-width:1.3\"", fill.class(), edge.class()),
         };
         for shape in &self.shapes {
@@ -54,7 +56,10 @@ impl Drawing {
                     let weight = if *bold { " font-weight=\"600\"" } else { "" };
                     let turn = if *up { format!(" transform=\"rotate(-90 {x:.1} {y:.1})\"") } else { String::new() };
                     let (fill, text) = (paint("fill", *ink), escape(text));
-                    writeln!(out, "<text x=\"{x:.1}\" y=\"{y:.1}\" dy=\"0.35em\" text-anchor=\"{anchor}\"{weight}{turn} {fill}>{text}</text>")
+                    writeln!(
+                        out,
+                        "<text x=\"{x:.1}\" y=\"{y:.1}\" dy=\"0.35em\" text-anchor=\"{anchor}\"{weight}{turn} {fill}>{text}</text>"
+                    )
                 }
             };
         }

@@ -16,9 +16,15 @@ fn ticks_stand_at_powers_and_say_so() {
     let span = Span { low: 0.5e-3, high: 2.0 };
     let ticks = span.ticks(Ticks::Seconds, 10);
     assert_eq!(ticks.iter().map(|t| t.1.clone().unwrap()).collect::<Vec<_>>(), ["1 ms", "10 ms", "100 ms", "1 s"]);
-    assert_eq!(Span { low: 30.0, high: 300.0 }.ticks(Ticks::Octaves, 9).iter().map(|t| t.0).collect::<Vec<_>>(), [32.0, 64.0, 128.0, 256.0]);
+    assert_eq!(
+        Span { low: 30.0, high: 300.0 }.ticks(Ticks::Octaves, 9).iter().map(|t| t.0).collect::<Vec<_>>(),
+        [32.0, 64.0, 128.0, 256.0]
+    );
     assert_eq!(span.ticks(Ticks::Decades, 2).iter().filter(|t| t.1.is_some()).count(), 2);
-    assert_eq!(Span { low: 2e-4, high: 6e-4 }.ticks(Ticks::Decades, 9).iter().filter_map(|t| t.1.clone()).collect::<Vec<_>>(), ["2e-4", "5e-4"]);
+    assert_eq!(
+        Span { low: 2e-4, high: 6e-4 }.ticks(Ticks::Decades, 9).iter().filter_map(|t| t.1.clone()).collect::<Vec<_>>(),
+        ["2e-4", "5e-4"]
+    );
     assert!((span.place(1.0 / 31.6227766) - 0.5).abs() < 1e-6);
     assert_eq!(Span::of([0.0, -1.0, f64::NAN].into_iter()), Span { low: 0.3, high: 3.0 });
 }
@@ -33,7 +39,8 @@ fn numbers_read_well() {
 #[test]
 fn names_do_not_lie_on_each_other() {
     let mut crowded = chart();
-    crowded.curves = (0..14).map(|i| Curve { name: format!("curve {i}"), points: vec![[1.0, 1.0], [2.0, 1.0]], look: i, guide: false }).collect();
+    crowded.curves =
+        (0..14).map(|i| Curve { name: format!("curve {i}"), points: vec![[1.0, 1.0], [2.0, 1.0]], look: i, guide: false }).collect();
     let drawing = crowded.draw(Layout::Wide);
     let mut heights: Vec<f64> = drawing
         .shapes
@@ -51,7 +58,10 @@ fn names_do_not_lie_on_each_other() {
 
 #[test]
 fn every_layout_becomes_svg_and_png() {
-    let bars = Bars { title: "Where time goes".into(), groups: vec![("midpoint".into(), 0, vec![Bar { name: "fetch".into(), value: 2.0, said: "2 ms".into() }])] };
+    let bars = Bars {
+        title: "Where time goes".into(),
+        groups: vec![("midpoint".into(), 0, vec![Bar { name: "fetch".into(), value: 2.0, said: "2 ms".into() }])],
+    };
     for layout in [Layout::Wide, Layout::Narrow] {
         for drawing in [chart().draw(layout), bars.draw(layout)] {
             let svg = drawing.svg();

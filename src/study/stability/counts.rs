@@ -36,7 +36,9 @@ pub(super) fn rows(bench: &Bench<'_>) -> Result<(Vec<Row>, Vec<CountPoint>)> {
             points.extend(all);
         }
     }
-    let time = |target: &str| points.iter().filter(|p| p.target == target && p.slices == 1_000_000).map(|p| p.seconds).fold(f64::INFINITY, f64::min);
+    let time = |target: &str| {
+        points.iter().filter(|p| p.target == target && p.slices == 1_000_000).map(|p| p.seconds).fold(f64::INFINITY, f64::min)
+    };
     let (kept, plain) = (time("f32"), time("plain f32"));
     // A stage more in a frame without lookups to speak of: at most double.
     rows.push(Row {

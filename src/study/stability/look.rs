@@ -139,7 +139,9 @@ impl<'s> Bench<'s> {
             if channels == 3 {
                 holds &= picture.pixels().iter().zip(want.pixels()).all(|(a, b)| (f64::from(a[3]) - b[3]).abs() <= 2e-6);
             }
-            let worst = pairs.flat_map(|(a, b)| (0..channels).map(move |c| off(a[c], b[c]))).fold(0.0, |m: f64, d| if d.is_nan() { f64::INFINITY } else { m.max(d) });
+            let worst = pairs
+                .flat_map(|(a, b)| (0..channels).map(move |c| off(a[c], b[c])))
+                .fold(0.0, |m: f64, d| if d.is_nan() { f64::INFINITY } else { m.max(d) });
             let most = match bound {
                 Bound::Absolute(b) => b,
                 Bound::Relative { part } => part,
@@ -155,7 +157,11 @@ impl<'s> Bench<'s> {
 
 /// A number in few letters.
 pub(super) fn number(x: f64) -> String {
-    if x == 0.0 || (1e-3..1e4).contains(&x.abs()) { format!("{:.4}", x).trim_end_matches('0').trim_end_matches('.').to_owned() } else { format!("{x:.1e}") }
+    if x == 0.0 || (1e-3..1e4).contains(&x.abs()) {
+        format!("{:.4}", x).trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        format!("{x:.1e}")
+    }
 }
 
 /// The same colour and opacity for every value.

@@ -61,14 +61,27 @@ pub(super) fn measure(bench: &Bench<'_>) -> Result<Euler> {
         row(
             "riemann: divergence",
             "transmittance grows past kappa D = 2",
-            format!("from kappa D = {} on; {:.1e} at 3", said(divergent_from), points.iter().find(|p| p.slab_depth > 2.99).map_or(0.0, |p| p.riemann)),
+            format!(
+                "from kappa D = {} on; {:.1e} at 3",
+                said(divergent_from),
+                points.iter().find(|p| p.slab_depth > 2.99).map_or(0.0, |p| p.riemann)
+            ),
             within(divergent_from, 2.0, 2.051),
         ),
-        row("riemann: as theory has it", "(1 - kappa D)^15 up to kappa D = 3, to 1e-5 of it", if close { "so".into() } else { "not so".into() }, close),
+        row(
+            "riemann: as theory has it",
+            "(1 - kappa D)^15 up to kappa D = 3, to 1e-5 of it",
+            if close { "so".into() } else { "not so".into() },
+            close,
+        ),
         row(
             "exponential slabs at the same depths",
             "transmittance in [0,1] up to kappa D = 1e6",
-            format!("{} to {}", number(points.iter().map(|p| p.exponential).fold(1.0, f64::min)), number(points.iter().map(|p| p.exponential).fold(0.0, f64::max))),
+            format!(
+                "{} to {}",
+                number(points.iter().map(|p| p.exponential).fold(1.0, f64::min)),
+                number(points.iter().map(|p| p.exponential).fold(0.0, f64::max))
+            ),
             tame,
         ),
     ];

@@ -1,7 +1,7 @@
 //! Uniform media from nothing to opaque, and media that jump.
 
-use super::look::{Bench, Bound, Case, constant, filled, looking, number, scene};
 use super::Row;
+use super::look::{Bench, Bound, Case, constant, filled, looking, number, scene};
 use crate::scene::{Classification, Method, Projection, Target, TransferFunction};
 use crate::volume::{BoxConvention, Grid};
 use crate::{Result, Scene, Volume};
@@ -74,7 +74,8 @@ fn of_opacity(said: &str, opacity: f64, bound: Bound) -> Result<Case> {
 fn jumps(bench: &Bench<'_>) -> Result<Vec<Row>> {
     let mut rows = Vec::new();
     // Values 0 and 1 on both sides of one cell; extinction from k to 1e9 k.
-    let volume = || filled(Grid::with_spacing([16; 3], [1.0; 3])?.with_convention(BoxConvention::Nodes), |[x, ..]| f64::from(u8::from(x > 0.5)));
+    let volume =
+        || filled(Grid::with_spacing([16; 3], [1.0; 3])?.with_convention(BoxConvention::Nodes), |[x, ..]| f64::from(u8::from(x > 0.5)));
     let center = DVec3::splat(7.5);
     for (said, thick, slices, bound) in [
         ("6.9e-10 to 0.69", 0.5, 480, Bound::Absolute(2e-3)),
@@ -84,11 +85,18 @@ fn jumps(bench: &Bench<'_>) -> Result<Vec<Row>> {
         let kappa = if thick == 0.5 { LN_2 } else { 100.0 * LN_2 };
         let thin = -libm::expm1(-kappa * 1e-9);
         // An opacity so near 1 is 1 in f64: 1 - 2^-53 is the most below it.
-        let transfer = TransferFunction::new(vec![(0.0, [0.2, 0.5, 1.0])], vec![(0.0, thin), (1.0, f64::min(thick, 1.0 - libm::exp2(-53.0)))])?;
+        let transfer =
+            TransferFunction::new(vec![(0.0, [0.2, 0.5, 1.0])], vec![(0.0, thin), (1.0, f64::min(thick, 1.0 - libm::exp2(-53.0)))])?;
         for (way, from) in [("into the thick", DVec3::new(-30.0, 3.0, 2.0)), ("out of it", DVec3::new(30.0, 3.0, 2.0))] {
             let camera = looking(center + from, center, DVec3::Z, Projection::Orthographic { height: Some(6.0) })?;
             let scene = scene(transfer.clone(), camera, slices)?;
-            rows.push(bench.judge(Case { group: "jumps", case: format!("kappa {said} in one cell, {way}"), volume: volume()?, scene, bound })?);
+            rows.push(bench.judge(Case {
+                group: "jumps",
+                case: format!("kappa {said} in one cell, {way}"),
+                volume: volume()?,
+                scene,
+                bound,
+            })?);
         }
     }
     Ok(rows)
