@@ -3,7 +3,7 @@
 use super::Row;
 use crate::fragment::{Batch, Frame, batch::BATCH};
 use crate::raster::Watch;
-use crate::reference::{Region, image};
+use crate::reference::{Region, closed, image};
 use crate::scene::{Camera, Placement, Projection, Slicing, TransferFunction};
 use crate::volume::{Grid, Voxels};
 use crate::{Error, Picture, RenderStats, Renderer, Result, Scene, Settings, Volume};
@@ -55,8 +55,9 @@ pub(super) enum Bound {
     None,
     /// So far in any component.
     Absolute(f64),
-    /// Colours to this part of themselves; opacity, which is made from what is left of the light, to 2e-6.
-    Relative { part: f64 },
+    /// A uniform medium of optical depth `depth`: its colours to this part of the closed form, opacity, which is made from what is
+    /// left of the light, to 2e-6.
+    Part { part: f64, depth: f64 },
 }
 
 /// An extreme case.
@@ -92,7 +93,7 @@ impl<'s> Bench<'s> {
         let promise = match bound {
             Bound::None => "finite, in [0,1], transmittance never rises".to_owned(),
             Bound::Absolute(b) => format!("finite, in [0,1], transmittance never rises, error <= {b:.0e}"),
-            Bound::Relative { part } => format!("finite, in [0,1], transmittance never rises, error <= {part:.0e} of the colour"),
+            Bound::Part { part, .. } => format!("finite, in [0,1], transmittance never rises, error <= {part:.0e} of the colour"),
         };
         let row = |measured: String, error: Option<f64>, bound: Option<f64>, holds: bool| Row {
             group: group.into(),
@@ -124,34 +125,32 @@ impl<'s> Bench<'s> {
             (0, _) => ", transmittance falls".to_owned(),
             (n, _) => format!(", transmittance rises or leaves [0,1] {n} times"),
         };
-        let (mut error, mut limit) = (None, None);
-        if bound != Bound::None {
-            let want = match image(&scene, &volume, Region::whole(&scene)) {
-                Ok(want) => want,
-                Err(e) => return failed(e),
-            };
-            let pairs = picture.pixels().iter().zip(want.pixels());
-            let off = |got: f32, want: f64| match bound {
-                Bound::Relative { .. } if want != 0.0 => (f64::from(got) - want).abs() / want.abs(),
-                _ => (f64::from(got) - want).abs(),
-            };
-            let channels = if matches!(bound, Bound::Relative { .. }) { 3 } else { 4 };
-            if channels == 3 {
-                holds &= picture.pixels().iter().zip(want.pixels()).all(|(a, b)| (f64::from(a[3]) - b[3]).abs() <= 2e-6);
+        let most = match bound {
+            Bound::None => return Ok(row(measured, None, None, holds)),
+            Bound::Absolute(most) => most,
+            Bound::Part { part, .. } => part,
+        };
+        let largest = |m: f64, d: f64| if d.is_nan() { f64::INFINITY } else { m.max(d) };
+        let worst = match bound {
+            Bound::Part { depth, .. } => {
+                let part = |p: &[f32; 4]| {
+                    (0..3).map(|c| f64::from(p[c]) / closed::constant_color(COLOR[c], depth) - 1.0).map(f64::abs).fold(0.0, largest)
+                };
+                holds &= picture.pixels().iter().all(|p| (f64::from(p[3]) - closed::opacity(depth)).abs() <= 2e-6);
+                picture.pixels().iter().map(part).fold(0.0, largest)
             }
-            let worst = pairs
-                .flat_map(|(a, b)| (0..channels).map(move |c| off(a[c], b[c])))
-                .fold(0.0, |m: f64, d| if d.is_nan() { f64::INFINITY } else { m.max(d) });
-            let most = match bound {
-                Bound::Absolute(b) => b,
-                Bound::Relative { part } => part,
-                Bound::None => f64::INFINITY,
-            };
-            measured += &format!(", error {worst:.1e}");
-            holds &= worst <= most;
-            (error, limit) = (Some(worst), Some(most));
-        }
-        Ok(row(measured, error, limit, holds))
+            _ => {
+                let want = match image(&scene, &volume, Region::whole(&scene)) {
+                    Ok(want) => want,
+                    Err(e) => return failed(e),
+                };
+                let pairs = picture.pixels().iter().zip(want.pixels());
+                pairs.flat_map(|(a, b)| (0..4).map(move |c| (f64::from(a[c]) - b[c]).abs())).fold(0.0, largest)
+            }
+        };
+        measured += &format!(", error {worst:.1e}");
+        holds &= worst <= most;
+        Ok(row(measured, Some(worst), Some(most), holds))
     }
 }
 
@@ -164,9 +163,12 @@ pub(super) fn number(x: f64) -> String {
     }
 }
 
+/// Straight colour of uniform media.
+pub(super) const COLOR: [f64; 3] = [0.9, 0.5, 0.25];
+
 /// The same colour and opacity for every value.
 pub(super) fn constant(opacity: f64) -> Result<TransferFunction> {
-    TransferFunction::new(vec![(0.0, [0.9, 0.5, 0.25])], vec![(0.0, opacity)])
+    TransferFunction::new(vec![(0.0, COLOR)], vec![(0.0, opacity)])
 }
 
 /// Colours that go evenly from one end of the values to the other through constant opacity.

@@ -10,7 +10,7 @@ use glam::{DMat3, DVec3};
 const PARALLEL: Projection = Projection::Orthographic { height: None };
 const VIEW: Projection = Projection::Perspective { fov_y: 50.0 };
 /// Smooth cases.
-const BOUND: Bound = Bound::Absolute(1e-3);
+const BOUND: Bound = Bound::Absolute(5e-5);
 
 /// Values that go evenly from 0 to 1 along x: exact between voxels.
 fn ramp(grid: Grid) -> Result<Volume> {
@@ -71,7 +71,8 @@ fn grids(rows: &mut Rows<'_, '_>) -> Result<()> {
     for spacing in [1.0, 1e-3, 1e-6] {
         let steps = DMat3::from_diagonal(DVec3::splat(spacing));
         let volume = ramp(Grid::new([6, 7, 5], DVec3::new(1e6, -1e6, 1e6), steps)?)?;
-        rows.see("grids", format!("origin 1e6, spacing {spacing:e}"), volume, Camera::orbit(33.0, 21.0)?, 0.1, BOUND)?;
+        // 1e6 in f64 ends at 1e-10: a ten-thousandth of the smallest voxel.
+        rows.see("grids", format!("origin 1e6, spacing {spacing:e}"), volume, Camera::orbit(33.0, 21.0)?, 0.1, Bound::Absolute(2e-4))?;
     }
     for dims in [[1, 1, 1], [1, 1, 9], [1, 9, 1], [9, 1, 1], [1, 7, 7]] {
         for convention in [BoxConvention::Cells, BoxConvention::Nodes] {
@@ -156,7 +157,7 @@ fn views(rows: &mut Rows<'_, '_>) -> Result<()> {
 
 fn fogs(rows: &mut Rows<'_, '_>) -> Result<()> {
     let modes = [
-        ("linear, start = end within the box", FogMode::Linear { start: 20.0, end: 20.0 }, Bound::Absolute(5e-3)),
+        ("linear, start = end within the box", FogMode::Linear { start: 20.0, end: 20.0 }, Bound::Absolute(1e-3)),
         ("linear, end before start", FogMode::Linear { start: 23.0, end: 17.0 }, BOUND),
         ("linear, from 0 to the largest number", FogMode::Linear { start: 0.0, end: f64::MAX }, BOUND),
         ("exp, density 0", FogMode::Exp { density: 0.0 }, BOUND),

@@ -11,6 +11,8 @@ use std::f64::consts::LN_2;
 /// Optical depths of one slab.
 const DEPTHS: [f64; 18] = [0.0, 1e-12, 1e-9, 1e-6, 1e-4, 1e-2, 0.1, 0.5, 1.0, 1.5, 2.0, 5.0, 20.0, 100.0, 1e3, 1e6, 1e9, 1e12];
 const SLICES: u64 = 16;
+/// Reference length of the rows on opacities.
+const UNIT: f64 = 0.7;
 /// Voxels along each side, one world unit apart.
 const SIDE: usize = 8;
 
@@ -51,14 +53,21 @@ pub(super) fn rows(bench: &Bench<'_>) -> Result<Vec<Row>> {
     for depth in [1e-12, 1e-9, 1e-6] {
         let scene = uniform(depth, SLICES)?;
         let case = format!("midpoint, kappa D = {}: colours in proportion", number(depth));
-        rows.push(bench.judge(Case { group: "stiffness", case, volume: cube()?, scene, bound: Bound::Relative { part: 1e-5 } })?);
+        rows.push(bench.judge(Case {
+            group: "stiffness",
+            case,
+            volume: cube()?,
+            scene,
+            bound: Bound::Part { part: 1e-5, depth: SLICES as f64 * depth },
+        })?);
     }
     for (said, opacity) in [("1 - 2^-24", 1.0 - libm::exp2(-24.0)), ("1 - 2^-53", 1.0 - libm::exp2(-53.0)), ("2^-24", libm::exp2(-24.0))] {
         rows.push(bench.judge(of_opacity(said, opacity, Bound::Absolute(2e-6))?)?);
     }
     for (said, opacity) in [("1e-30", 1e-30), ("1e-40, subnormal in f32", 1e-40), ("1e-310, subnormal in f64", 1e-310)] {
         // Below the least normal f32 (1.2e-38) nothing is left of proportion: such light is 30 orders below what is seen.
-        let bound = if opacity > 1e-37 { Bound::Relative { part: 1e-5 } } else { Bound::Absolute(1e-38) };
+        let depth = -libm::log1p(-opacity) * SIDE as f64 / UNIT;
+        let bound = if opacity > 1e-37 { Bound::Part { part: 1e-5, depth } } else { Bound::Absolute(1e-38) };
         rows.push(bench.judge(of_opacity(said, opacity, bound)?)?);
     }
     rows.extend(jumps(bench)?);
@@ -66,7 +75,7 @@ pub(super) fn rows(bench: &Bench<'_>) -> Result<Vec<Row>> {
 }
 
 fn of_opacity(said: &str, opacity: f64, bound: Bound) -> Result<Case> {
-    let scene = uniform(1.0, SLICES)?.with_transfer(constant(opacity)?).with_opacity_unit(0.7)?;
+    let scene = uniform(1.0, SLICES)?.with_transfer(constant(opacity)?).with_opacity_unit(UNIT)?;
     Ok(Case { group: "opacity", case: format!("opacity {said}"), volume: cube()?, scene, bound })
 }
 

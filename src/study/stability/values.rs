@@ -47,7 +47,7 @@ fn of_type(kind: VoxelType, low: f64, high: f64) -> Voxels {
 
 /// Slices fine enough for values that turn round in a cell.
 const FINE: u64 = 1100;
-const BOUND: Bound = Bound::Absolute(1e-3);
+const BOUND: Bound = Bound::Absolute(1e-4);
 
 pub(super) fn rows(bench: &Bench<'_>) -> Result<Vec<Row>> {
     let mut rows = Vec::new();
@@ -76,7 +76,7 @@ pub(super) fn rows(bench: &Bench<'_>) -> Result<Vec<Row>> {
         values[(5 * SIDE + 5) * SIDE + 5] = odd;
         values[(8 * SIDE + 6) * SIDE + 7] = odd;
         let volume = Volume::new(grid()?, Voxels::F32(values))?;
-        judge("values", format!("f32 with {said}"), volume, scene(fade(0.0, 11.0, 0.1)?, camera()?, FINE)?, Bound::Absolute(5e-3))?;
+        judge("values", format!("f32 with {said}"), volume, scene(fade(0.0, 11.0, 0.1)?, camera()?, FINE)?, Bound::Absolute(1e-3))?;
         let volume = Volume::new(grid()?, Voxels::F32(vec![odd; SIDE * SIDE * SIDE]))?;
         judge("values", format!("f32, nothing but {said}"), volume, scene(fade(0.0, 1.0, 0.1)?, camera()?, 64)?, Bound::Absolute(0.0))?;
     }
@@ -92,7 +92,7 @@ pub(super) fn rows(bench: &Bench<'_>) -> Result<Vec<Row>> {
         let spike = TransferFunction::new(vec![(0.0, [1.0, 0.5, 0.2])], vec![(at - half, 0.0), (at, 0.9), (at + half, 0.0)])?;
         let volume = filled(grid()?, |[x, ..]| most * x)?;
         let scene = scene(spike, camera()?, slices)?.with_opacity_unit(0.01)?.with_method(method)?;
-        judge("spikes", format!("{} values of {most} show: {said}", 2.0 * half), volume, scene, bound)?;
+        judge("spikes", format!("a spike of width {} in values from 0 to {most}: {said}", 2.0 * half), volume, scene, bound)?;
     }
     Ok(rows)
 }
