@@ -4,6 +4,7 @@ use crate::lanes::{CellLoad, Corners, LookupTable, Pairs, ToF32};
 use crate::scene::FogMode;
 use crate::volume::Voxels;
 use crate::volume::packed::Packed;
+use std::sync::Arc;
 
 /// Side of a block of pixels.
 pub(crate) const SIDE: usize = 8;
@@ -33,13 +34,15 @@ pub(crate) struct Frame<'v> {
     /// How stored values become f32, where that takes more than a conversion.
     pub(crate) to_f32: Option<ToF32>,
     /// Colour and opacity of a slab one spacing thick.
-    pub(crate) table: LookupTable,
+    pub(crate) table: Arc<LookupTable>,
     /// Stored value (as f32) at the table's first entry.
     pub(crate) table_low: f32,
     /// Entries per unit of stored value, as two factors whose product may leave the range of f32.
     pub(crate) table_scale: [f32; 2],
     /// Index of the table's last entry.
     pub(crate) table_last: f32,
+    /// A second table over values, and the affine map from positions in a table over pairs to its entries: offset, factor, last entry.
+    pub(crate) fine: Option<(Arc<LookupTable>, [f32; 3])>,
     /// Transmittance below which a pixel takes no more.
     pub(crate) terminate: f32,
     /// Fog, if any.

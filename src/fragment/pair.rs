@@ -11,7 +11,8 @@ use crate::lanes::{Kernel, Lanes};
 /// twice as much (or the smaller one up), which gives the line the parabola's mean and leaves errors of the third order. The two
 /// values never leave the range between them, so what is known to be empty stays empty. Where no two slices lie before the slab, its
 /// middle is looked up instead (Simpson's rule: the mean lies two thirds of the middle's distance beside the line).
-pub(crate) struct ClassifyPair<const SPLIT: bool, const SECOND: bool>;
+/// With `FINE` slabs within an interval of the table are classified by their mean value.
+pub(crate) struct ClassifyPair<const SPLIT: bool, const SECOND: bool, const FINE: bool>;
 
 /// The slice index of the pieces behind the last slices.
 pub(crate) const BEHIND: i32 = i32::MAX;
@@ -43,7 +44,7 @@ impl<'v> Kernel<Frame<'v>, Batch> for KeepValue {
     }
 }
 
-impl<'v, const SPLIT: bool, const SECOND: bool> Kernel<Frame<'v>, Batch> for ClassifyPair<SPLIT, SECOND> {
+impl<'v, const SPLIT: bool, const SECOND: bool, const FINE: bool> Kernel<Frame<'v>, Batch> for ClassifyPair<SPLIT, SECOND, FINE> {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
         let slice = L::splat_i(batch.slice);
@@ -83,7 +84,16 @@ impl<'v, const SPLIT: bool, const SECOND: bool> Kernel<Frame<'v>, Batch> for Cla
             let v = L::sub(y, L::to_f(j));
             // Whole numbers below 2^24: exact in f32.
             let index = L::add_i(L::trunc(L::mul(i, side)), j);
-            let color = lerp::<L>(L::lookup(&frame.table, index, v), L::lookup(&frame.table, L::add_i(index, side_i), v), u);
+            let mut color = lerp::<L>(L::lookup(&frame.table, index, v), L::lookup(&frame.table, L::add_i(index, side_i), v), u);
+            if let (true, Some((table, [offset, factor, end]))) = (FINE, &frame.fine) {
+                let mean = L::mul(L::add(x, y), L::splat(0.5));
+                let at = L::mul(L::sub(mean, L::splat(*offset)), L::splat(*factor));
+                let at = L::min(L::max(at, L::splat(0.0)), L::splat(*end));
+                let entry = L::trunc(at);
+                let one = L::lookup(table, entry, L::sub(at, L::to_f(entry)));
+                let apart = L::min(L::max(L::sub(x, y), L::sub(y, x)), L::splat(1.0));
+                color = lerp::<L>(one, color, apart);
+            }
             let [red, green, blue, alpha] = color;
             keep::<L>(batch, r, [L::keep(whole, red), L::keep(whole, green), L::keep(whole, blue), L::keep(whole, alpha)]);
             remember::<L>(batch, r);

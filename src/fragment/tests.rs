@@ -6,6 +6,7 @@ use crate::lanes::{Kernel, Level, LookupTable};
 use crate::scene::FogMode;
 use crate::volume::packed::Packed;
 use crate::volume::{VoxelType, Voxels};
+use std::sync::Arc;
 
 struct Numbers(u64);
 
@@ -42,10 +43,11 @@ fn frame<'v>(voxels: &'v Voxels, n: &mut Numbers, mode: FogMode, weighted: bool)
         packed: None,
         strides: [1, DIMS[0], DIMS[0] * DIMS[1]],
         to_f32: None,
-        table: LookupTable::new(&colors),
+        table: Arc::new(LookupTable::new(&colors)),
         table_low: 3.0,
         table_scale: [0.21, 1.0],
         table_last: 63.0,
+        fine: Some((Arc::new(LookupTable::new(&colors[..40])), [3.0, 0.7, 39.0])),
         terminate: 0.01,
         fog: Some(FrameFog { mode, color: [0.2, 0.5, 0.9], weighted }),
         level: 100.0,
@@ -80,6 +82,11 @@ fn batch(n: &mut Numbers) -> Box<Batch> {
         b.pixels.slant[i] = 1.0 + n.unit();
         b.pixels.plane_squared[i] = n.unit() * 5.0;
         b.pixels.transmittance[i] = n.unit() * n.unit() * n.unit();
+        b.fog_each[i] = n.unit();
+        b.pixels.entry[i] = n.unit() * 300.0;
+        b.pixels.middle = [b.value, b.pixels.entry];
+        b.pixels.previous[0][i] = n.unit() * 300.0;
+        b.pixels.previous[1][i] = n.unit() * 300.0;
         for c in 0..3 {
             b.color[c][i] = n.unit() * b.alpha[i];
             b.pixels.color[c][i] = n.unit() * 200.0;
@@ -92,6 +99,7 @@ fn batch(n: &mut Numbers) -> Box<Batch> {
 fn bits(b: &Batch) -> Vec<u64> {
     let mut all = vec![b.mask, u64::from(b.pixels.alive)];
     all.extend(b.offset.iter().map(|&o| o as u64));
+    all.extend(b.pixels.previous.iter().flatten().map(|x| if x.is_nan() { u64::MAX } else { u64::from(x.to_bits()) }));
     all.extend(b.pixels.excess.iter().flatten().map(|x| u64::from(x.to_bits())));
     all.extend(b.far_offset);
     let floats = b.weight.iter().chain(&b.color).chain(&b.pixels.color).chain([&b.value, &b.alpha, &b.length, &b.pixels.transmittance]);
@@ -140,6 +148,7 @@ fn clone_into(from: &Batch, to: &mut Batch) {
     (to.value, to.color, to.alpha, to.length) = (from.value, from.color, from.alpha, from.length);
     to.pixels = from.pixels.clone();
     to.corners = from.corners.clone();
+    to.fog_each = from.fog_each;
 }
 
 fn texcoord(frame: &Frame<'_>, batch: &mut Batch) {
@@ -149,6 +158,15 @@ fn texcoord_far(frame: &Frame<'_>, batch: &mut Batch) {
     Level::SCALAR.kernel::<TexcoordFar, Frame<'_>, Batch>()(frame, batch);
 }
 
+/// Some values that are none, some slices behind all others.
+fn pairs(_: &Frame<'_>, batch: &mut Batch) {
+    for i in (0..BATCH).step_by(11) {
+        (batch.value[i], batch.pixels.previous[0][i + i % 2], batch.pixels.previous[1][i]) = (f32::NAN, f32::INFINITY, f32::NAN);
+    }
+    if batch.mask % 4 == 0 {
+        batch.slice = BEHIND;
+    }
+}
 fn corners(frame: &Frame<'_>, batch: &mut Batch) {
     Level::SCALAR.kernel::<FetchCorners<false>, Frame<'_>, Batch>()(frame, batch);
 }
@@ -181,6 +199,13 @@ fn every_stage_equals_its_scalar_twin() {
     twin::<BlendFront<Unorm8, true>>("front to back in 8 bits", &[], &[U8]);
     twin::<BlendFront<Unorm8, false>>("front to back to the end in 8 bits", &[], &[U8]);
     twin::<BlendBack<Unorm8>>("back to front in 8 bits", &[], &[U8]);
+    twin::<SpanPair>("span of pairs", &[], &[U8]);
+    twin::<KeepValue>("keep", &[], &[U8]);
+    twin::<FogEach>("fog of each", &[], &[U8]);
+    twin::<ClassifyPair<false, false, false>>("classify pairs", &[pairs], &[U8]);
+    twin::<ClassifyPair<false, true, false>>("classify pairs, second order", &[pairs], &[U8]);
+    twin::<ClassifyPair<true, false, true>>("classify pairs in two steps, fine", &[pairs], &[U8]);
+    twin::<ClassifyPair<true, true, true>>("classify pairs in two steps, second order, fine", &[pairs], &[U8]);
     twin::<FetchNearest<false>>("fetch nearest", &[texcoord], &VoxelType::ALL);
     twin::<FetchNearest<true>>("fetch nearest far", &[texcoord_far], &VoxelType::ALL);
     twin::<CorrectRiemann>("correct riemann", &[], &[U8]);

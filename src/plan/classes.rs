@@ -16,7 +16,7 @@ pub(crate) enum Classes {
 impl Classes {
     /// Classes for values in `range` through `transfer`.
     pub(crate) fn new(transfer: &TransferFunction, range: (f64, f64), slab: Slab, pairs: bool) -> Self {
-        if pairs { Self::Pairs(Pairs::new(transfer, range)) } else { Self::Values(Layout::new(transfer, range, slab)) }
+        if pairs { Self::Pairs(Pairs::new(transfer, range, slab)) } else { Self::Values(Layout::new(transfer, range, slab)) }
     }
 
     /// Values at the first and last entry, data units.
@@ -32,6 +32,14 @@ impl Classes {
         match self {
             Self::Values(l) => l.last(),
             Self::Pairs(p) => p.last(),
+        }
+    }
+
+    /// The layout of a second table, over the mean values of slabs within an interval.
+    pub(crate) fn fine(&self) -> Option<&Layout> {
+        match self {
+            Self::Values(_) => None,
+            Self::Pairs(p) => p.fine(),
         }
     }
 

@@ -88,6 +88,8 @@ pub(crate) struct Needs {
     pub(crate) perspective: bool,
     pub(crate) far: bool,
     pub(crate) split_scale: bool,
+    /// Whether slabs within an interval of a table over pairs have a table of their own.
+    pub(crate) fine: bool,
     pub(crate) skip: bool,
     pub(crate) method: Method,
     /// Whether sums are compensated.
@@ -107,7 +109,7 @@ pub(crate) enum BlendKind {
 }
 
 impl Needs {
-    pub(crate) fn new(scene: &Scene, stack: &Stack, bricks: &Bricks, split_scale: bool, terminate: f32) -> Self {
+    pub(crate) fn new(scene: &Scene, stack: &Stack, bricks: &Bricks, (split_scale, fine): (bool, bool), terminate: f32) -> Self {
         let blend = match scene.blend() {
             Blend::Over => BlendKind::Over,
             Blend::Add => BlendKind::Add,
@@ -139,6 +141,7 @@ impl Needs {
             perspective: stack.perspective,
             far: spans_far(stack),
             split_scale,
+            fine,
             // Literal fog lights up empty slices: that is its mistake, and it is reproduced.
             skip: colors && !literal,
             method,
@@ -230,11 +233,15 @@ impl Needs {
     }
 
     fn classify_pairs<'v>(&self, second: bool, level: Level) -> fn(&Frame<'v>, &mut Batch) {
-        match (self.split_scale, second) {
-            (false, false) => level.kernel::<ClassifyPair<false, false>, _, _>(),
-            (false, true) => level.kernel::<ClassifyPair<false, true>, _, _>(),
-            (true, false) => level.kernel::<ClassifyPair<true, false>, _, _>(),
-            (true, true) => level.kernel::<ClassifyPair<true, true>, _, _>(),
+        match (self.split_scale, second, self.fine) {
+            (false, false, false) => level.kernel::<ClassifyPair<false, false, false>, _, _>(),
+            (false, false, true) => level.kernel::<ClassifyPair<false, false, true>, _, _>(),
+            (false, true, false) => level.kernel::<ClassifyPair<false, true, false>, _, _>(),
+            (false, true, true) => level.kernel::<ClassifyPair<false, true, true>, _, _>(),
+            (true, false, false) => level.kernel::<ClassifyPair<true, false, false>, _, _>(),
+            (true, false, true) => level.kernel::<ClassifyPair<true, false, true>, _, _>(),
+            (true, true, false) => level.kernel::<ClassifyPair<true, true, false>, _, _>(),
+            (true, true, true) => level.kernel::<ClassifyPair<true, true, true>, _, _>(),
         }
     }
 

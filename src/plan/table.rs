@@ -8,7 +8,7 @@ use crate::scene::{SlabForm, TransferFunction};
 ///
 /// One place cannot keep it: where opacity comes close to 1 over a few entries only. At 1 itself the extinction is infinite, and for slabs much thinner than the reference
 /// length the last interval before it rises too late. What lies there is opaque within a few intervals all the same.
-const TABLE_ERROR: f64 = 1.0 / 4096.0;
+pub(super) const TABLE_ERROR: f64 = 1.0 / 16384.0;
 /// Most intervals of a table. With a step in the transfer function at least a sixteenth of them resolve it.
 const MOST: usize = 1 << 16;
 /// Fewest intervals of a table that is not constant.
@@ -88,7 +88,7 @@ impl Layout {
 
     /// Largest difference between the interpolated table and the function, at `knots` and in the middle of intervals, as a share of
     /// the largest opacity there.
-    fn error(transfer: &TransferFunction, knots: &[f64], low: f64, high: f64, intervals: usize, slab: Slab) -> f64 {
+    pub(super) fn error(transfer: &TransferFunction, knots: &[f64], low: f64, high: f64, intervals: usize, slab: Slab) -> f64 {
         let width = (high - low) / intervals as f64;
         let entries: Vec<[f64; 4]> = (0..=intervals).map(|i| color(transfer, low + i as f64 * width, slab)).collect();
         let mut strongest = entries.iter().fold(0.0, |most: f64, e| most.max(e[3]));

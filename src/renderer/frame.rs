@@ -2,6 +2,7 @@
 
 use super::{Renderer, TILE};
 use crate::fragment::{Frame, FrameFog};
+use crate::lanes::LookupTable;
 use crate::plan::{self, Classes, Needs, Scaling, Slab};
 use crate::proxy::Stack;
 use crate::raster::{BlockMask, Counters, Occupancy, Outer, Resolve, Watch, Work, render_tiles};
@@ -9,6 +10,7 @@ use crate::scene::{Blend, Ends, Fog, FogDistance, FogWeighting, Premultiplied, S
 use crate::volume::bricks::Bricks;
 use crate::volume::packed::Packed;
 use crate::{Error, Result, Volume};
+use std::sync::Arc;
 use std::time::Instant;
 
 /// What depends on the volume alone.
@@ -25,7 +27,9 @@ pub(super) struct TransferData {
     /// Whether the table is over pairs of values.
     pairs: bool,
     classes: Classes,
-    table: crate::lanes::LookupTable,
+    table: Arc<LookupTable>,
+    /// A table over values on their own, beside one over pairs.
+    fine: Option<Arc<LookupTable>>,
     occupancy: Occupancy,
 }
 
@@ -66,7 +70,7 @@ impl Renderer<'_> {
             })
         });
         let (frame, split) = make_frame(scene, volume, packed.as_ref(), scaling, transfer_data, terminate);
-        let needs = Needs::new(scene, &stack, bricks, split, terminate);
+        let needs = Needs::new(scene, &stack, bricks, (split, frame.fine.is_some()), terminate);
         let stages = needs.stages(volume, packed.is_some(), scaling, self.level);
         let work = Work {
             frame: &frame,
@@ -175,7 +179,8 @@ fn prepare_transfer(
     let (min, max) = bricks.range;
     let range = if min <= max { sorted(min, max) } else { (0.0, 0.0) };
     let classes = Classes::new(transfer, range, slab, pairs);
-    let table = classes.table(transfer, slab);
+    let table = Arc::new(classes.table(transfer, slab));
+    let fine = classes.fine().map(|layout| Arc::new(layout.table(transfer, slab)));
     let occupancy = match kept.filter(|k| k.classes == classes) {
         Some(kept) => kept.occupancy,
         None => Occupancy::new(bricks, volume.grid().dims(), |lo, hi| {
@@ -183,7 +188,7 @@ fn prepare_transfer(
             classes.opaque_within(lo, hi)
         }),
     };
-    TransferData { transfer: transfer.clone(), slab, pairs, classes, table, occupancy }
+    TransferData { transfer: transfer.clone(), slab, pairs, classes, table, fine, occupancy }
 }
 
 /// Constants of the frame, and whether the table's scale has to be applied in two steps.
@@ -209,6 +214,12 @@ fn make_frame<'v>(
     } else {
         [scale as f32, 1.0]
     };
+    let fine = data.classes.fine().zip(data.fine.as_ref()).map(|(layout, table)| {
+        let ((low, high), (from, to)) = (data.classes.range(), (layout.low, layout.high));
+        let per_unit = last as f64 / (high - low);
+        let factor = if to > from { layout.last() as f64 / ((to - from) * per_unit) } else { 0.0 };
+        (table.clone(), [((from - low) * per_unit) as f32, factor as f32, layout.last() as f32])
+    });
     let level = match scene.blend() {
         Blend::Lmip { threshold: x } | Blend::Iso { level: x } => scaling.number(x),
         _ => 0.0,
@@ -222,6 +233,7 @@ fn make_frame<'v>(
         table_low: low as f32,
         table_scale,
         table_last: last as f32,
+        fine,
         terminate,
         fog: scene.fog().map(|f| FrameFog {
             mode: f.mode(),

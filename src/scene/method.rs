@@ -117,9 +117,11 @@ impl Method {
         let first =
             self.ends == Ends::Whole || self.sample == SampleAt::End || self.slab == SlabForm::Riemann || self.filter == Filter::Nearest;
         match self.classification {
+            // Interpolated opacities of slabs are not the slab's of interpolated extinction.
+            Classification::Pre => 1,
             _ if first => 1,
             Classification::SecondOrder => 3,
-            Classification::Post | Classification::Pre | Classification::PreIntegrated => 2,
+            Classification::Post | Classification::PreIntegrated => 2,
         }
     }
 

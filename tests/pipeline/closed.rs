@@ -34,12 +34,12 @@ fn constant_media_are_exact_in_every_view() {
                 let mut fragments = 0;
                 for y in 0..19 {
                     for x in 0..26 {
-                        let covered = oracle.fragments(x, y).len();
+                        let covered = oracle.covering(x, y).len();
                         fragments += covered as u64;
                         let (wx, wy) = (f64::from(x) + 0.5, f64::from(y) + 0.5);
                         let (entry, exit) = oracle.path(wx, wy);
                         let length = (exit - entry) * oracle.stack.view.ray(wx, wy).1.length();
-                        let tau = if covered > 0 { extinction(a, 0.3 * grid.radius()) * length } else { 0.0 };
+                        let tau = if exit > entry { extinction(a, 0.3 * grid.radius()) * length } else { 0.0 };
                         let tau = if a == 0.0 { 0.0 } else { tau };
                         let want = [constant_color(rgb[0], tau), constant_color(rgb[1], tau), constant_color(rgb[2], tau), opacity(tau)];
                         // Every slab rounds its opacity, every blend its sum.

@@ -61,12 +61,22 @@ impl<'a> Oracle<'a> {
         (entry, exit)
     }
 
-    /// Slices that cover the pixel, nearest first.
+    /// Slices whose polygons cover the pixel, nearest first.
+    pub(crate) fn covering(&self, x: u32, y: u32) -> Vec<u64> {
+        let (x, y) = (f64::from(x) + 0.5, f64::from(y) + 0.5);
+        (0..self.stack.count).filter(|&k| self.stack.covers(k, x, y)).collect()
+    }
+
+    /// Pieces of the pixel's ray, one for each slice that covers it, nearest first; one in all for a ray that passes between two slices.
     pub(crate) fn fragments(&self, x: u32, y: u32) -> Vec<Fragment> {
+        let mut covered = self.covering(x, y);
         let (x, y) = (f64::from(x) + 0.5, f64::from(y) + 0.5);
         let stack = &self.stack;
-        let covered: Vec<u64> = (0..stack.count).filter(|&k| stack.covers(k, x, y)).collect();
         let (entry, exit) = self.path(x, y);
+        if covered.is_empty() && exit > entry + 1e-9 * stack.spacing {
+            let middle = (0.5 * (entry + exit) - stack.near) / stack.spacing;
+            covered.push((middle as u64).min(stack.count - 1));
+        }
         let (origin, direction) = stack.view.ray(x, y);
         let (first, last) = (covered.first().copied(), covered.last().copied());
         let fragment = |&k: &u64| {

@@ -2,7 +2,8 @@
 
 use glam::{DMat3, DQuat, DVec3};
 use slicestack::scene::{
-    Blend, Camera, ClipPlane, Fog, FogDistance, FogMode, FogWeighting, Order, Placement, Projection, Slicing, Straight, TransferFunction,
+    Accumulation, Blend, Camera, Classification, ClipPlane, Ends, Filter, Fog, FogDistance, FogMode, FogWeighting, Method, Order,
+    Placement, Projection, SampleAt, SlabForm, Slicing, Straight, Target, TransferFunction,
 };
 use slicestack::volume::phantom::Phantom;
 use slicestack::volume::{BoxConvention, Grid, VoxelType, Voxels};
@@ -221,6 +222,58 @@ pub(crate) fn samples() -> Vec<Sample> {
         },
         looked(s(), 30.0, 20.0, 0.0, 1.3, WIDE),
     );
+    // Ways to integrate.
+    let by = |scene: Scene, method: Method| scene.with_method(method).unwrap();
+    let base = Method::default();
+    let pairs = Method { classification: Classification::PreIntegrated, ..base };
+    let second = Method { classification: Classification::SecondOrder, ..base };
+    let few = || scene((48, 40), 20);
+    let near = |s: Scene| looked(s, 30.0, 20.0, 0.0, 1.3, WIDE);
+    add("pre-integrated", head(), by(looked(few(), 40.0, 25.0, 0.0, 1.3, PARALLEL), pairs));
+    add("pre-integrated-fog", head(), by(foggy(near(few()), FogMode::Exp { density: 0.02 }, FogDistance::Planar, alpha), pairs));
+    add("pre-integrated-fog-radial", head(), by(foggy(near(few()), FogMode::Exp2 { density: 0.02 }, FogDistance::Radial, alpha), second));
+    add("pre-integrated-add", head(), by(near(few()).with_blend(Blend::Add).unwrap(), pairs));
+    add("pre-integrated-whole-ends", cloud(20, VoxelType::U8), thin(by(near(few()), Method { ends: Ends::Whole, ..second })));
+    add("second-order", cloud(20, VoxelType::I16), thin(by(looked(few(), 70.0, 30.0, 0.0, 1.2, PARALLEL), second)));
+    add("second-order-clip", head(), {
+        let planes = vec![plane(&v, DVec3::new(0.2, 1.0, 0.3), 0.0), plane(&v, DVec3::new(1.0, 0.1, -0.3), -0.2)];
+        by(looked(few(), 20.0, 20.0, 0.0, 1.3, PARALLEL).with_clip_planes(planes).unwrap(), second)
+    });
+    add(
+        "second-order-holes",
+        {
+            let Voxels::F32(mut v) = head().voxels().clone() else { unreachable!("the head is f32") };
+            v.iter_mut().step_by(37).for_each(|x| *x = f32::NAN);
+            Volume::new(head().grid().clone(), Voxels::F32(v)).unwrap()
+        },
+        by(looked(few(), 30.0, 20.0, 0.0, 1.3, PARALLEL), second),
+    );
+    add("second-order-tiny", counted([1, 1, 9]), shown(by(looked(scene((32, 32), 9), 60.0, 20.0, 0.0, 1.2, WIDE), second)));
+    add("pre-classified", head(), by(near(s()), Method { classification: Classification::Pre, ..base }));
+    add("pre-classified-16", cloud(20, VoxelType::U16), thin(by(near(s()), Method { classification: Classification::Pre, ..base })));
+    add(
+        "nearest",
+        cloud(20, VoxelType::U8),
+        thin(by(looked(s(), 30.0, 20.0, 0.0, 1.3, PARALLEL), Method { filter: Filter::Nearest, ..base })),
+    );
+    add("nearest-pairs", cloud(20, VoxelType::I32), thin(by(near(few()), Method { filter: Filter::Nearest, ..pairs })));
+    add("riemann", head(), by(near(s()), Method { slab: SlabForm::Riemann, ..base }));
+    add("riemann-coarse", head(), by(near(scene((48, 40), 3)).with_opacity_unit(0.2).unwrap(), Method { slab: SlabForm::Riemann, ..base }));
+    add("sampled-at-the-end", head(), by(near(few()), Method { sample: SampleAt::End, ..base }));
+    add("whole-ends", cloud(20, VoxelType::U8), thin(by(near(few()), Method { ends: Ends::Whole, ..base })));
+    add("eight-bits", cloud(20, VoxelType::U8), thin(by(near(s()), Method { target: Target::Unorm8, ..base })));
+    add(
+        "eight-bits-back-to-front",
+        cloud(20, VoxelType::U8),
+        thin(by(near(s()).with_order(Order::BackToFront), Method { target: Target::Unorm8, ..base })),
+    );
+    let kept = Method { accumulation: Accumulation::Compensated, ..base };
+    add("compensated", head(), by(near(s()), kept));
+    add("compensated-back-to-front", head(), by(near(s()).with_order(Order::BackToFront), kept));
+    add("compensated-to-the-end", head(), by(looked(s(), 30.0, 20.0, 0.0, 1.3, PARALLEL).with_terminate(0.0).unwrap(), kept));
+    add("many-slices", cloud(16, VoxelType::U8), thin(looked(scene((12, 10), 2500), 30.0, 20.0, 0.0, 1.3, PARALLEL)));
+    add("extrapolated", head(), by(near(few()), Method { extrapolate: true, ..base }));
+    add("extrapolated-pairs", head(), by(near(few()), Method { extrapolate: true, ..pairs }));
     add("transparent-background", head(), looked(s(), 30.0, 50.0, 0.0, 1.3, WIDE).with_background(Straight::default()).unwrap());
     list
 }
