@@ -134,12 +134,16 @@ impl Folder {
     /// Makes the folder, better now than after a long study.
     ///
     /// # Errors
-    /// When it cannot be made or written to.
+    /// When it cannot be made or written to; [`Usage`] when it holds what is no report.
     fn new(path: &Path) -> Result<Self> {
         if path.exists() && !path.is_dir() {
             bail!("{}: is no folder", path.display());
         }
         let made = !path.exists();
+        let reported = || ["report.json", "stability.json"].iter().any(|name| path.join(name).is_file());
+        if !made && !reported() && fs::read_dir(path).with_context(|| path.display().to_string())?.next().is_some() {
+            bail!(Usage(format!("{}: holds other files; name an empty folder, a new one, or one of an earlier report", path.display())));
+        }
         if made {
             fs::create_dir(path).with_context(|| path.display().to_string())?;
         }

@@ -58,12 +58,13 @@ pub(super) fn advice(methods: &[&NamedMethod], points: &[Point]) -> Vec<Advice> 
     ERRORS.iter().map(row).collect()
 }
 
-/// Slices at which a method's error falls to `error`, by straight lines between its pictures' logarithms.
-fn slices_for(points: &[Point], method: &str, error: f64) -> Option<f64> {
+/// Slices and seconds at which a method's error falls to `error`, by straight lines between its pictures' logarithms.
+fn cost_of(points: &[Point], method: &str, error: f64) -> Option<(f64, f64)> {
     let list: Vec<&Point> = points.iter().filter(|p| p.method == method).collect();
     list.windows(2).find(|w| w[0].rms > error && w[1].rms <= error).map(|w| {
         let t = (w[0].rms / error).ln() / (w[0].rms / w[1].rms).ln();
-        w[0].slices as f64 * (w[1].slices as f64 / w[0].slices as f64).powf(t)
+        let between = |a: f64, b: f64| a * (b / a).powf(t);
+        (between(w[0].slices as f64, w[1].slices as f64), between(w[0].seconds, w[1].seconds))
     })
 }
 
@@ -110,43 +111,44 @@ pub(super) fn bend(volume: &Volume, scene: &Scene, slices: u64) -> Result<Option
     Ok((apart > 0.0).then(|| (off / apart).sqrt()))
 }
 
-/// How pre-integration did against the default, and why; `None` where one of them has no two pictures.
+/// How pre-integration did against the default, and why; `None` where no error was reached by both.
 pub(super) fn pre_integration(points: &[Point], bend: Option<f64>) -> Option<PreIntegration> {
     let row = |&error: &f64| {
-        let (midpoint, pre_integrated) = (slices_for(points, "midpoint", error)?, slices_for(points, "pre-integrated", error)?);
-        Some(SlicesFor { error, midpoint, pre_integrated })
+        let ((midpoint, midpoint_seconds), (pre_integrated, pre_integrated_seconds)) =
+            (cost_of(points, "midpoint", error)?, cost_of(points, "pre-integrated", error)?);
+        Some(SlicesFor { error, midpoint, pre_integrated, midpoint_seconds, pre_integrated_seconds })
     };
     let slices_for: Vec<SlicesFor> = ERRORS.iter().filter_map(row).collect();
     let (first, last) = (slices_for.first()?, slices_for.last()?);
-    // A straight line's middle is the mean of its ends: 0. A slab whose sides are alike and whose middle is not: large.
-    let field = bend.map_or(String::new(), |b| {
+    let least_and_most =
+        |f: &dyn Fn(&SlicesFor) -> f64| slices_for.iter().map(f).fold((f64::INFINITY, 0.0f64), |(a, b), r| (a.min(r), b.max(r)));
+    let said = |(least, most): (f64, f64)| if most - least < 0.005 { format!("{most:.2}") } else { format!("{least:.2} to {most:.2}") };
+    let slices = least_and_most(&|s| s.pre_integrated / s.midpoint);
+    let time = least_and_most(&|s| s.pre_integrated_seconds / s.midpoint_seconds);
+    let range = if first.error == last.error { format!("{:e}", first.error) } else { format!("{:e} to {:e}", first.error, last.error) };
+    // A straight line's middle is the mean of its ends: 0.
+    let bent = bend.map_or(String::new(), |b| {
         format!(
-            " At the scene's own slice count the value in the middle of a slab lies {:.0} % of the slab's whole change away from the straight line.",
+            " At the scene's own slice count the value in the middle of a slab lies off the straight line by {:.0} % of the slab's whole change.",
             100.0 * b
         )
     });
-    let ratio = |s: &SlicesFor| s.pre_integrated / s.midpoint;
-    let range = format!("{} at {:e} to {} at {:e}", times(ratio(first)), first.error, times(ratio(last)), last.error);
-    let (worst, best) = slices_for.iter().map(ratio).fold((0.0, f64::INFINITY), |(a, b): (f64, f64), r| (a.max(r), b.min(r)));
-    let verdict = if worst < 0.9 {
-        format!(
-            "Pre-integration pays: for the same error it takes {range} of the default's slices. The transfer function changes more within \
-             a slab than a sample in its middle can tell, and the field is straight enough.{field}"
-        )
-    } else if best > 1.1 {
-        format!(
-            "Pre-integration loses: for the same error it takes {range} of the default's slices. It takes the field for straight \
-             between a slab's two sides; here the field bends within a slab, while the transfer function is plain enough for one \
-             sample, and its error is the larger one.{field}"
-        )
+    let why = if time.1 < 0.95 {
+        "It pays: the transfer function changes more within a slab than one sample in its middle can tell, and the field is straight enough."
+    } else if time.0 > 1.05 && slices.0 > 0.8 {
+        "It loses: it takes the field for straight between a slab's two sides, but here the field bends within a slab, so that fewer slices \
+         would not do; and each of its slices costs more, with a table over pairs of values to look up."
+    } else if time.0 > 1.05 {
+        "It saves slices and still loses time: each of its slices costs more, with a table over pairs of values to look up."
     } else {
-        format!("Pre-integration wins little or loses little: for the same error it takes {range} of the default's slices.{field}")
+        "Neither is clearly better here."
     };
+    let verdict = format!(
+        "For RMS errors of {range} pre-integration takes {} times the slices and {} times the time of the default. {why}{bent}",
+        said(slices),
+        said(time)
+    );
     Some(PreIntegration { slices_for, bend, verdict })
-}
-
-fn times(ratio: f64) -> String {
-    format!("{ratio:.2} times")
 }
 
 #[cfg(test)]
@@ -208,7 +210,12 @@ mod tests {
         for s in &p.slices_for {
             assert!((s.pre_integrated / s.midpoint - 0.1f64.sqrt()).abs() < 1e-9);
         }
-        assert!(p.verdict.starts_with("Pre-integration pays: for the same error it takes 0.32 times"), "{}", p.verdict);
+        assert!(p.verdict.contains("takes 0.32 times the slices and 0.63 times the time of the default. It pays"), "{}", p.verdict);
+        // As good slice for slice, and dearer.
+        let mut points = series("midpoint", 2.0, 10.0, 1e-4);
+        points.extend(series("pre-integrated", 2.0, 10.0, 2e-4));
+        let p = pre_integration(&points, None).unwrap();
+        assert!(p.verdict.contains("1.00 times the slices and 2.00 times the time of the default. It loses"), "{}", p.verdict);
     }
 
     #[test]

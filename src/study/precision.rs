@@ -13,9 +13,11 @@ use std::time::Instant;
 
 /// Seconds a study may take unless told.
 const BUDGET: f64 = 60.0;
-/// Parts of the budget that are gone when the reference is there, then the pictures, their repetitions, the stages, the sizes.
+/// Parts of the budget that are gone when the reference is there, then the pictures, their SSIM and FLIP, their repetitions, the
+/// stages, the sizes.
 const REFERENCE: f64 = 0.15;
 const FIRST: f64 = 0.55;
+const JUDGED: f64 = 0.62;
 const PICTURES: f64 = 0.8;
 const STAGES: f64 = 0.86;
 const COSTS: f64 = 0.97;
@@ -98,6 +100,7 @@ pub fn study(volume: &Volume, scene: &Scene, options: &Options) -> Result<Study>
             Err(e) => Some(e.to_string()),
         });
     }
+    bench.judge_pictures(&mut found)?;
     clock.now("times")?;
     bench.repeat(&mut renderer, &mut found)?;
     let methods = options.methods.iter().zip(missing).map(|(method, missing)| MethodRecord {
@@ -209,7 +212,7 @@ impl Bench<'_> {
             let difference = metrics::difference(&self.reference, &shown)?;
             let compared = difference.steps.iter().sum::<u64>().max(1);
             let at_scene = slices == found.slices.next_power_of_two() && tolerance.is_none();
-            let quality = (found.quality || at_scene).then(|| self.quality(&shown)).transpose()?;
+            let quality = found.quality.then(|| self.quality(&shown)).transpose()?;
             let change = match (&before, tolerance) {
                 (Some(before), None) => Some(metrics::difference(before, &shown)?.rms),
                 _ => None,
@@ -242,6 +245,22 @@ impl Bench<'_> {
                 break;
             }
             before = Some(shown);
+        }
+        Ok(())
+    }
+
+    /// SSIM and FLIP of the pictures at the scene's slice count at least, while there is time.
+    fn judge_pictures(&self, found: &mut Found) -> Result<()> {
+        for (method, slices, shown) in &found.pictures {
+            let Some(point) = found.points.iter_mut().find(|p| p.method == *method && p.slices == *slices && p.ssim.is_none()) else {
+                continue;
+            };
+            if self.clock.left(JUDGED) <= 0.0 {
+                break;
+            }
+            self.clock.now("SSIM and FLIP")?;
+            let (ssim, flip) = self.quality(shown)?;
+            (point.ssim, point.flip) = (Some(ssim), Some(flip));
         }
         Ok(())
     }

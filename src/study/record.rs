@@ -176,7 +176,7 @@ pub struct Advice {
 #[derive(Debug, Clone, Serialize)]
 #[non_exhaustive]
 pub struct PreIntegration {
-    /// (RMS error, slices it takes pre-integrated, slices it takes by the default), between measured pictures.
+    /// What an error takes by both, between measured pictures.
     pub slices_for: Vec<SlicesFor>,
     /// In slabs that show something, at the scene's slice count: how far the value in the middle lies from the mean of the two sides,
     /// over how far the sides lie apart (both RMS). 0 where the field is straight, which is what pre-integration takes it for.
@@ -195,4 +195,8 @@ pub struct SlicesFor {
     pub midpoint: f64,
     /// Slices of pre-integrated slabs.
     pub pre_integrated: f64,
+    /// Seconds of a frame of the default.
+    pub midpoint_seconds: f64,
+    /// Seconds of a frame of pre-integrated slabs.
+    pub pre_integrated_seconds: f64,
 }

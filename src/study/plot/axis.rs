@@ -56,20 +56,17 @@ impl Span {
                 (value, (e.rem_euclid(every) == 0).then(|| label(value, e, ticks)))
             })
             .collect();
-        // Too short for powers: 2 and 5 between them.
+        // Too short for powers: 2 and 5 between them, named where there is room.
         if base == 10.0 && count < 3 {
-            for e in first - 1..=last {
-                for step in [2.0, 5.0] {
-                    let value = step * base.powi(e);
-                    if value >= self.low && value <= self.high {
-                        let text = match ticks {
-                            Ticks::Decades => format!("{step}e{e}"),
-                            _ => label(value, e, ticks),
-                        };
-                        list.push((value, Some(text)));
-                    }
-                }
-            }
+            let between: Vec<(i32, f64, f64)> = (first - 1..=last)
+                .flat_map(|e| [2.0, 5.0].map(|step: f64| (e, step, step * base.powi(e))))
+                .filter(|b| b.2 >= self.low && b.2 <= self.high)
+                .collect();
+            let named = list.len() + between.len() <= most.max(2);
+            list.extend(between.into_iter().map(|(e, step, value)| {
+                let text = if ticks == Ticks::Decades { format!("{step}e{e}") } else { label(value, e, ticks) };
+                (value, named.then_some(text))
+            }));
         }
         list
     }

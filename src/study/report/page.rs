@@ -16,7 +16,7 @@ svg{max-width:100%;height:auto;display:block}.narrow{display:none}
 @media (max-width:700px){.wide{display:none}.narrow{display:block}}
 .scroll{overflow-x:auto}table{border-collapse:collapse;font-size:.9em;margin:.8em 0}
 th,td{text-align:left;padding:.25em .7em .25em 0;border-bottom:1px solid var(--line);vertical-align:top}
-td.n,th.n{text-align:right;white-space:nowrap;font-variant-numeric:tabular-nums}
+td.n,th.n{text-align:right;font-variant-numeric:tabular-nums}td.n{white-space:nowrap}td:not(.n){min-width:7em}
 .yes{color:var(--good)}.no{color:var(--bad);font-weight:600}
 .pictures{display:grid;grid-template-columns:repeat(auto-fit,minmax(220px,1fr));gap:12px}.pictures figure{margin:0}
 .pictures img{width:100%;height:auto;image-rendering:auto;border:1px solid var(--line)}

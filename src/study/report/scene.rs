@@ -186,11 +186,17 @@ fn html(record: &Record, plots: &[(&str, Plot, String)], pictures: &[Shown]) -> 
             .slices_for
             .iter()
             .map(|r| {
-                let ratio = Cell::Number(format!("{:.2}", r.pre_integrated / r.midpoint));
-                vec![Cell::Number(format!("{:e}", r.error)), number(r.midpoint), number(r.pre_integrated), ratio]
+                let ratio = |a: f64, b: f64| Cell::Number(format!("{:.2}", a / b));
+                vec![
+                    Cell::Number(format!("{:e}", r.error)),
+                    number(r.midpoint),
+                    number(r.pre_integrated),
+                    ratio(r.pre_integrated, r.midpoint),
+                    ratio(r.pre_integrated_seconds, r.midpoint_seconds),
+                ]
             })
             .collect();
-        body += &table(&["RMS error", "slices, midpoint", "slices, pre-integrated", "ratio"], &rows);
+        body += &table(&["RMS error", "slices, midpoint", "slices, pre-integrated", "ratio of slices", "ratio of times"], &rows);
     }
     body += "<h2>Where time goes</h2>\n";
     body += &figure("stages");
