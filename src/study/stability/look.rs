@@ -148,7 +148,7 @@ impl<'s> Bench<'s> {
                 pairs.flat_map(|(a, b)| (0..4).map(move |c| (f64::from(a[c]) - b[c]).abs())).fold(0.0, largest)
             }
         };
-        measured += &format!(", error {worst:.1e}");
+        measured += &format!(", error {}", if worst == 0.0 { "0".into() } else { format!("{worst:.1e}") });
         holds &= worst <= most;
         Ok(row(measured, Some(worst), Some(most), holds))
     }
