@@ -43,6 +43,11 @@ impl BlockMask {
         self.wanted[b] = true;
     }
 
+    /// Column and row (of blocks) of block `b`.
+    pub(crate) fn column_and_row(&self, b: usize) -> (usize, usize) {
+        (b % self.columns, b / self.columns)
+    }
+
     /// The block of pixel `i`, counted row by row.
     pub(crate) fn block_of_pixel(&self, i: usize) -> usize {
         i / self.width / SIDE * self.columns + i % self.width / SIDE

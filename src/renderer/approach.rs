@@ -4,8 +4,8 @@ use super::Renderer;
 use super::frame::{Finished, Shot};
 use super::refine;
 use crate::proxy::Stack;
-use crate::raster::Watch;
-use crate::scene::{MAX_SLICES, Method};
+use crate::raster::{BlockMask, Watch};
+use crate::scene::{Blend, Classification, MAX_SLICES, Method};
 use crate::{Error, Result};
 
 impl Renderer<'_> {
@@ -44,31 +44,82 @@ impl Renderer<'_> {
     }
 
     /// `pixels` to `tolerance`, each block in as many slices as it needs; and the error estimated.
+    ///
+    /// Where the scene leaves the method open, slabs of second order are tried on some blocks.
     pub(super) fn to_tolerance<W: Watch>(
         &mut self,
         shot: &mut Shot<'_, W>,
         tolerance: f64,
         pixels: &mut Vec<[f32; 4]>,
     ) -> Result<(Finished, f64)> {
+        let second = Method { classification: Classification::SecondOrder, ..shot.scene.method() };
+        let free = shot.scene.method() == Method::default() && shot.scene.blend() == Blend::Over;
+        if let Some(found) = self.refined(shot, tolerance, pixels, free.then_some(second))? {
+            return Ok(found);
+        }
+        let scene = shot.scene.clone().with_method(second)?;
+        let mut again = Shot { scene: &scene, view: shot.view, clock: std::mem::take(&mut shot.clock), watch: W::default() };
+        let found = self.refined(&mut again, tolerance, pixels, None);
+        shot.clock = again.clock;
+        shot.watch.merge(again.watch);
+        let (mut done, error) = found?.ok_or_else(|| Error::invalid("a picture without a frame"))?;
+        done.planned
+            .push(("midpoint slabs".to_owned(), "pre-integrated ones of second order leave much smaller differences here".to_owned()));
+        Ok((done, error))
+    }
+
+    /// `pixels` by the scene's method; `None` when `other` is worth beginning again for.
+    fn refined<W: Watch>(
+        &mut self,
+        shot: &mut Shot<'_, W>,
+        tolerance: f64,
+        pixels: &mut Vec<[f32; 4]>,
+        other: Option<Method>,
+    ) -> Result<Option<(Finished, f64)>> {
         let grid = self.volume.grid();
         let depth = Stack::depth_range(grid, &shot.view).map_or(0.0, |(near, far)| far - near);
         let first = refine::first_count(depth, grid.smallest_spacing());
         let terminate = refine::terminate(shot.scene.terminate(), tolerance);
-        let width = shot.view.width as usize;
-        let mut done: Option<Finished> = None;
-        let reached = refine::refine(tolerance, first, width, pixels, |count, blocks, pixels| {
-            let part = self.frame(shot, count, terminate, blocks, pixels)?;
-            match &mut done {
+        let (width, height) = (shot.view.width as usize, shot.view.height as usize);
+        let first_order = crate::plan::method(shot.scene).order() == 1;
+        let parts = std::cell::RefCell::new((self, shot, None::<Finished>));
+        let render = |count: u64, blocks: Option<&BlockMask>, pixels: &mut Vec<[f32; 4]>| {
+            let (renderer, shot, done) = &mut *parts.borrow_mut();
+            let part = renderer.frame(shot, count, terminate, blocks, pixels)?;
+            match done {
                 Some(done) => done.add(&part),
-                None => done = Some(part),
+                None => *done = Some(part),
             }
             Ok(())
-        })?;
-        let mut done = done.ok_or_else(|| Error::invalid("a picture without a frame"))?;
+        };
+        let tried = std::cell::Cell::new(false);
+        let worth = |count: u64, blocks: &BlockMask, difference: f64| {
+            let Some(method) = other else { return Ok(false) };
+            tried.set(true);
+            let (renderer, shot, done) = &mut *parts.borrow_mut();
+            let scene = shot.scene.clone().with_method(method)?;
+            let mut fine = vec![[0.0; 4]; width * height];
+            let mut coarse = fine.clone();
+            let mut trial = Shot { scene: &scene, view: shot.view, clock: std::mem::take(&mut shot.clock), watch: () };
+            let frames = renderer
+                .frame(&mut trial, count / 2, terminate, Some(blocks), &mut coarse)
+                .and_then(|a| Ok([a, renderer.frame(&mut trial, count, terminate, Some(blocks), &mut fine)?]));
+            shot.clock = trial.clock;
+            frames?.iter().for_each(|f| done.iter_mut().for_each(|d| d.cost(f)));
+            let others: f64 = refine::differences(&coarse, &fine, blocks).iter().sum();
+            Ok(refine::better(difference, others))
+        };
+        let reached = refine::refine(tolerance, (first, first_order), width, pixels, render, worth)?;
+        let (_, _, done) = parts.into_inner();
+        let Some((mut done, reached)) = done.zip(reached) else { return Ok(None) };
+        if tried.into_inner() {
+            let why = "tried on some blocks: their differences are not so much smaller that they pay";
+            done.planned.push(("pre-integrated slabs of second order".to_owned(), why.to_owned()));
+        }
         let all: usize = reached.levels.iter().map(|l| l.1).sum();
         let levels: Vec<String> = reached.levels.iter().map(|(slices, blocks)| format!("{blocks} in {slices}")).collect();
         done.planned.push(("finer slices where coarse ones do".to_owned(), format!("of {all} blocks: {} slices", levels.join(", "))));
-        Ok((done, reached.error))
+        Ok(Some((done, reached.error)))
     }
 }
 

@@ -149,9 +149,16 @@ impl Finished {
 }
 
 /// Seconds since a frame began, and those of them that went into what depends on volume and transfer function only.
+#[derive(Debug)]
 pub(super) struct Clock {
     pub(super) start: Instant,
     pub(super) prepare_seconds: f64,
+}
+
+impl Default for Clock {
+    fn default() -> Self {
+        Self { start: Instant::now(), prepare_seconds: 0.0 }
+    }
 }
 
 impl Clock {

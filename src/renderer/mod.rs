@@ -15,7 +15,6 @@ use crate::volume::packed::Packed;
 use crate::{Error, Result, Settings, Volume};
 use frame::{Clock, Shot, TransferData, VolumeData};
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use std::time::Instant;
 
 /// Side of a tile when the settings leave it open: a multiple of the block, small enough to share out on many cores.
 const TILE: u32 = 32;
@@ -97,7 +96,7 @@ impl<'v> Renderer<'v> {
         if self.settings.tile == Some(0) {
             return Err(Error::invalid("tile 0: a tile has at least one pixel"));
         }
-        let mut clock = Clock { start: Instant::now(), prepare_seconds: 0.0 };
+        let mut clock = Clock::default();
         let volume = self.volume;
         clock.prepare(|| {
             self.volume_data.get_or_insert_with(|| {

@@ -17,7 +17,21 @@ const SPACINGS: f64 = 2.0;
 /// Slices beyond which no block is refined.
 const MOST: u64 = 1 << 16;
 /// Part of the tolerance aimed at: a difference of two pictures is an estimate of an error, not a bound.
-const AIM: f64 = 0.75;
+const AIM: f64 = 0.9;
+/// Squared error over the squared difference of the first two pictures, for methods of second order and more: on real data the
+/// first halving of slabs gains less than it will later.
+const FIRST_FACTOR: f64 = 0.35;
+/// Levels a block may gain nothing from before it is left as it is: rounding and tables end every series.
+const PATIENCE: u8 = 2;
+/// The level from which this counts: before it, slabs may be too thick to see what they cut.
+const RESOLVED: u32 = 6;
+/// Rounds after which another method is tried: at once, and when refining has not helped.
+const TRIALS: [u32; 3] = [0, 2, 3];
+/// One block in this many tries another method.
+const TRIED: usize = 16;
+/// How much smaller the differences of another method must be, for all that was rendered to be rendered again: its slabs cost up to twice
+/// as much, and the first pictures are lost.
+const GAIN: f64 = 3.0;
 /// Part of the tolerance that ending pixels early may use up.
 const TERMINATE: f64 = 0.25;
 
@@ -40,28 +54,62 @@ pub(crate) fn terminate(scene: f32, tolerance: f64) -> f32 {
     scene.min((TERMINATE * tolerance) as f32)
 }
 
+/// Whether block `b` is among those, spread over the picture, that try another method.
+fn is_tried(mask: &BlockMask, b: usize) -> bool {
+    let (x, y) = mask.column_and_row(b);
+    // Every row of blocks has some, and no column is left out.
+    (x + 5 * y) % TRIED == 0
+}
+
+/// Whether differences `others` of another method are so small beside `ours` that it is worth beginning again with it.
+pub(crate) fn better(ours: f64, others: f64) -> bool {
+    ours > GAIN * GAIN * others
+}
+
 /// Renders `pixels`, a picture `width` pixels wide, to `tolerance`. `render(count, blocks, pixels)` fills in blocks of the picture
-/// in `count` slices, all of them without a mask.
+/// in `count` slices, all of them without a mask. `first_order` tells of methods whose error falls with the slices' number only.
+///
+/// When pictures leave too large an error, `other(count, blocks, difference)` is asked whether to give up for another method: then
+/// nothing is returned. It hears of some blocks, their slices and their sum of squared differences to half as many.
 pub(crate) fn refine(
     tolerance: f64,
-    first: u64,
+    (first, first_order): (u64, bool),
     width: usize,
     pixels: &mut Vec<[f32; 4]>,
     mut render: impl FnMut(u64, Option<&BlockMask>, &mut Vec<[f32; 4]>) -> Result<()>,
-) -> Result<Reached> {
+    mut other: impl FnMut(u64, &BlockMask, f64) -> Result<bool>,
+) -> Result<Option<Reached>> {
     let mask = BlockMask::none(width, pixels.len() / width);
     let target = (AIM * tolerance) * (AIM * tolerance) * 3.0 * pixels.len() as f64;
     let mut coarse = pixels.clone();
     render(first, None, &mut coarse)?;
     render(2 * first, None, pixels)?;
-    let mut blocks = Blocks { level: vec![1; mask.len()], difference: differences(&coarse, pixels, &mask), factor: vec![1.0, 0.35] };
+    let mut blocks = Blocks {
+        level: vec![1; mask.len()],
+        difference: differences(&coarse, pixels, &mask),
+        stalled: vec![0; mask.len()],
+        factor: vec![1.0, if first_order { 1.0 } else { FIRST_FACTOR }],
+    };
+    let mut round = 0;
     loop {
         let error: f64 = (0..mask.len()).map(|b| blocks.error(b)).sum();
         let chosen = if error <= target { Vec::new() } else { blocks.choose(target, |level| first << (level + 1) <= MOST) };
         if chosen.is_empty() {
             let rms = (error / (3 * pixels.len()) as f64).sqrt();
-            return Ok(Reached { error: rms, levels: blocks.levels(first) });
+            return Ok(Some(Reached { error: rms, levels: blocks.levels(first) }));
         }
+        if TRIALS.contains(&round) {
+            // Only blocks that have come as far as any are worth a comparison.
+            let highest = chosen.iter().map(|&b| blocks.level[b]).max().unwrap_or(0);
+            let mut some = mask.clone();
+            let among: Vec<usize> = (0..mask.len()).filter(|&b| blocks.level[b] == highest && is_tried(&mask, b)).collect();
+            among.iter().for_each(|&b| some.set(b));
+            let difference: f64 = among.iter().map(|&b| blocks.difference[b]).sum();
+            if difference > 0.0 && other(first << highest, &some, difference)? {
+                return Ok(None);
+            }
+        }
+        round += 1;
         coarse.copy_from_slice(pixels);
         let highest = chosen.iter().map(|&b| blocks.level[b]).max().unwrap_or(0);
         for level in 1..=highest {
@@ -83,6 +131,8 @@ struct Blocks {
     level: Vec<u32>,
     /// Sum of squared differences to the level before.
     difference: Vec<f64>,
+    /// Levels in a row that a block gained nothing from.
+    stalled: Vec<u8>,
     /// Squared error at a level over the squared difference to the level before.
     factor: Vec<f64>,
 }
@@ -95,7 +145,8 @@ impl Blocks {
 
     /// The fewest blocks whose refinement is expected to bring the sum below `target`, worst first.
     fn choose(&self, target: f64, refinable: impl Fn(u32) -> bool) -> Vec<usize> {
-        let mut order: Vec<usize> = (0..self.level.len()).filter(|&b| refinable(self.level[b]) && self.error(b) > 0.0).collect();
+        let mut order: Vec<usize> =
+            (0..self.level.len()).filter(|&b| refinable(self.level[b]) && self.stalled[b] < PATIENCE && self.error(b) > 0.0).collect();
         order.sort_by(|&a, &b| self.error(b).total_cmp(&self.error(a)).then(a.cmp(&b)));
         let total: f64 = (0..self.level.len()).map(|b| self.error(b)).sum();
         let mut left = total;
@@ -134,6 +185,9 @@ impl Blocks {
         }
         for &b in group {
             self.level[b] = level + 1;
+            // A halving of slabs that brings hardly anything is rounding.
+            let gained = level < RESOLVED || differences[b] < 0.7 * self.difference[b];
+            self.stalled[b] = if gained { 0 } else { self.stalled[b] + 1 };
             self.difference[b] = differences[b];
         }
     }
@@ -146,7 +200,7 @@ impl Blocks {
 }
 
 /// Sums of squared differences of red, green and blue, block by block.
-fn differences(a: &[[f32; 4]], b: &[[f32; 4]], mask: &BlockMask) -> Vec<f64> {
+pub(crate) fn differences(a: &[[f32; 4]], b: &[[f32; 4]], mask: &BlockMask) -> Vec<f64> {
     let mut sums = vec![0.0; mask.len()];
     for (i, (a, b)) in a.iter().zip(b).enumerate() {
         if a != b {
@@ -165,7 +219,7 @@ mod tests {
         let mask = BlockMask::none(64, 64);
         let mut pixels = vec![[0.0; 4]; 64 * 64];
         let mut work = 0;
-        let reached = refine(tolerance, 32, 64, &mut pixels, |count, blocks, pixels| {
+        let render = |count: u64, blocks: Option<&BlockMask>, pixels: &mut Vec<[f32; 4]>| {
             for (i, p) in pixels.iter_mut().enumerate() {
                 let b = mask.block_of_pixel(i);
                 if blocks.is_none_or(|m| m.takes(i % 64 / 8, i / 64 / 8)) {
@@ -174,8 +228,8 @@ mod tests {
                 }
             }
             Ok(())
-        })
-        .unwrap();
+        };
+        let reached = refine(tolerance, (32, false), 64, &mut pixels, render, |_, _, _| Ok(false)).unwrap().unwrap();
         let sum: f64 = pixels.iter().map(|p| (f64::from(p[0]) - 0.5) * (f64::from(p[0]) - 0.5)).sum();
         ((sum / pixels.len() as f64).sqrt(), reached, work / 64 / 64)
     }
@@ -210,11 +264,22 @@ mod tests {
         let mask = BlockMask::none(8, 8);
         assert_eq!(mask.len(), 1);
         let mut pixels = vec![[0.0; 4]; 64];
-        let reached = refine(1e-3, 32, 8, &mut pixels, |n, _, p| {
+        let mut most = 0;
+        let render = |n: u64, _: Option<&BlockMask>, p: &mut Vec<[f32; 4]>| {
+            most = n;
             p.fill([if n.trailing_zeros() % 2 == 0 { 0.1 } else { 0.2 }; 4]);
             Ok(())
-        })
-        .unwrap();
+        };
+        let reached = refine(1e-3, (32, false), 8, &mut pixels, render, |_, _, _| Ok(false)).unwrap().unwrap();
         assert!(reached.error > 1e-3);
+        assert!(most <= 32 << 8, "a block that gains nothing is left after {most} slices");
+    }
+    #[test]
+    fn blocks_that_try_a_method_are_spread() {
+        for (width, height) in [(512, 512), (100, 300), (640, 8)] {
+            let mask = BlockMask::none(width, height);
+            let count = (0..mask.len()).filter(|&b| is_tried(&mask, b)).count();
+            assert!(count * 20 >= mask.len() && count * 13 <= mask.len(), "{count} of {}", mask.len());
+        }
     }
 }

@@ -179,7 +179,7 @@ impl Scene {
     ///
     /// # Errors
     /// [`Error::Invalid`] when the count is 0 or above [`MAX_SLICES`], a spacing or tolerance is not positive and finite, or a
-    /// tolerance meets a method that asks for extrapolation.
+    /// tolerance meets a method of extrapolation or of 8 bits.
     pub fn with_slices(mut self, slicing: Slicing) -> Result<Self> {
         match slicing {
             Slicing::Count(n) if !(1..=MAX_SLICES).contains(&n) => {
@@ -191,7 +191,7 @@ impl Scene {
             Slicing::Tolerance(t) if !(t > 0.0 && t.is_finite()) => {
                 return Err(Error::invalid(format!("slices tolerance {t}: must be positive and finite")));
             }
-            Slicing::Tolerance(_) if self.method.extrapolate => return Err(extrapolated_tolerance()),
+            Slicing::Tolerance(_) => check_tolerance(self.method)?,
             _ => {}
         }
         self.slicing = slicing;
@@ -263,8 +263,8 @@ impl Scene {
     /// [`Error::Invalid`] for choices that exclude each other.
     pub fn with_method(mut self, method: Method) -> Result<Self> {
         method.check()?;
-        if method.extrapolate && matches!(self.slicing, Slicing::Tolerance(_)) {
-            return Err(extrapolated_tolerance());
+        if matches!(self.slicing, Slicing::Tolerance(_)) {
+            check_tolerance(method)?;
         }
         self.method = method;
         Ok(self)
@@ -336,6 +336,13 @@ impl Scene {
     }
 }
 
-fn extrapolated_tolerance() -> Error {
-    Error::invalid("slices extrapolate: a tolerance chooses its slice counts itself; give slices count")
+/// Methods that a tolerance can choose slices for.
+fn check_tolerance(method: Method) -> Result<()> {
+    if method.extrapolate {
+        return Err(Error::invalid("slices extrapolate: a tolerance chooses its slice counts itself; give slices count"));
+    }
+    if method.target == Target::Unorm8 {
+        return Err(Error::invalid("slices tolerance: rounding to 8 bits adds errors with every slice; choose target f32"));
+    }
+    Ok(())
 }
