@@ -46,9 +46,9 @@ impl<'v> Kernel<Frame<'v>, Batch> for FogEach {
     }
 }
 
-/// `x` in f32, infinity and its products kept away: so far, and so dense, nothing changes any more.
-fn bounded(x: f64) -> f32 {
-    x.clamp(-1e18, 1e18) as f32
+/// A density in f32, infinity and its products kept away: nothing is seen through less.
+fn bounded(density: f64) -> f32 {
+    density.min(1e18) as f32
 }
 
 impl<'v> Kernel<Frame<'v>, Batch> for FogRadial {
@@ -63,7 +63,13 @@ impl<'v> Kernel<Frame<'v>, Batch> for FogRadial {
             let z = L::sqrt(L::add(L::mul(along, along), L::load(row(&batch.pixels.plane_squared, r))));
             let f = match fog.mode {
                 FogMode::Linear { start, end } if start == end => L::select(L::lt(z, L::splat(end as f32)), one, zero),
-                FogMode::Linear { start, end } => L::div(L::sub(L::splat(bounded(end)), z), L::splat(bounded(end - start))),
+                FogMode::Linear { start, end } => {
+                    // Lengths that f32 has no room for are measured by themselves.
+                    let most = start.abs().max(end.abs());
+                    let unit = if most < 1e30 { 1.0 } else { 1.0 / most };
+                    let (end, width) = (end * unit, end * unit - start * unit);
+                    L::div(L::sub(L::splat(end as f32), L::mul(z, L::splat(unit as f32))), L::splat(width as f32))
+                }
                 FogMode::Exp { density } => exp_negative::<L>(L::mul(L::splat(-bounded(density)), z)),
                 FogMode::Exp2 { density } => {
                     let x = L::mul(L::splat(bounded(density)), z);

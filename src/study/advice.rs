@@ -13,7 +13,7 @@ const FLOOR: f64 = 3e-6;
 /// What an error falls by, twice the slices, where it has not come to rest.
 const STILL_FALLS: f64 = 1.3;
 /// Times the least error within which a method that came to rest is taken to be there.
-const RESTING: f64 = 3.0;
+const RESTING: f64 = 2.0;
 /// Points that a slope is fitted to at most: the finest.
 const FITTED: usize = 4;
 

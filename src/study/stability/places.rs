@@ -160,6 +160,7 @@ fn fogs(rows: &mut Rows<'_, '_>) -> Result<()> {
         ("linear, start = end within the box", FogMode::Linear { start: 20.0, end: 20.0 }, Bound::Absolute(1e-3)),
         ("linear, end before start", FogMode::Linear { start: 23.0, end: 17.0 }, BOUND),
         ("linear, from 0 to the largest number", FogMode::Linear { start: 0.0, end: f64::MAX }, BOUND),
+        ("linear, from -1e300 to 1e300", FogMode::Linear { start: -1e300, end: 1e300 }, BOUND),
         ("exp, density 0", FogMode::Exp { density: 0.0 }, BOUND),
         ("exp, density 1e-300", FogMode::Exp { density: 1e-300 }, BOUND),
         ("exp, density 1e300", FogMode::Exp { density: 1e300 }, BOUND),
