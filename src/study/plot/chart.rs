@@ -47,8 +47,7 @@ impl Chart {
         let plot_height = if wide { (self.curves.len() as f64 * ROW).max(400.0) } else { 320.0 };
         let frame = Frame { left: 64.0, top: 34.0, right: width - if wide { names } else { 12.0 }, bottom: 34.0 + plot_height };
         let mut shapes = Vec::new();
-        let title = vec![frame.left, 16.0];
-        shapes.push(text([if wide { title[0] } else { 8.0 }, title[1]], &self.title, Ink::Text, Anchor::Start, true));
+        shapes.push(text([if wide { frame.left } else { 8.0 }, 16.0], &self.title, Ink::Text, Anchor::Start, true));
         let points = || self.curves.iter().flat_map(|c| &c.points).filter(|p| p.iter().all(|v| *v > 0.0 && v.is_finite()));
         let spans = [Span::of(points().map(|p| p[0])), Span::of(points().map(|p| p[1]))];
         frame.axes(self, spans, &mut shapes);
