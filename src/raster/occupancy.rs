@@ -32,7 +32,7 @@ impl Occupancy {
                 let mut along = 0;
                 for x in 0..bx {
                     let (lo, hi) = bricks.ranges[(z * by + y) * bx + x];
-                    along += u32::from(visible(lo, hi));
+                    along += u32::from(visible(f64::from(lo), f64::from(hi)));
                     let at = (z + 1) * sy + (y + 1) * sx + x + 1;
                     sums[at] = along + sums[at - sx] + sums[at - sy] - sums[at - sx - sy];
                 }
@@ -86,7 +86,7 @@ mod tests {
         let occupancy = Occupancy::new(&bricks, dims, visible);
         let brick = |x: usize, y: usize, z: usize| {
             let (lo, hi) = bricks.ranges[(z * bricks.dims[1] + y) * bricks.dims[0] + x];
-            visible(lo, hi)
+            visible(f64::from(lo), f64::from(hi))
         };
         let mut seen = [false; 3];
         for case in 0..3000usize {

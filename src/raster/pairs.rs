@@ -74,7 +74,7 @@ impl Placing {
 impl<'v, W: Watch> March<'_, '_, 'v, W> {
     /// Makes the values that slice `k` needs besides its own.
     pub(super) fn before_pair(&mut self, k: i64, work: &PairWork<'v>) {
-        if !self.kept.entries && k <= self.range.last_first + work.lookback - 1 {
+        if !self.kept.entries && k < self.range.last_first + work.lookback {
             self.kept.entries = true;
             let depths = self.depths(|first, _, pixels, i| {
                 // With whole slabs at the ends, a ray's first piece has the value of its first slice throughout.

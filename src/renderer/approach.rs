@@ -46,7 +46,7 @@ impl Renderer<'_> {
     /// `pixels` to `tolerance`, each block in as many slices as it needs; and the error estimated.
     ///
     /// Where the scene leaves the method open, slabs of second order are tried on some blocks.
-    pub(super) fn to_tolerance<W: Watch>(
+    pub(super) fn reach<W: Watch>(
         &mut self,
         shot: &mut Shot<'_, W>,
         tolerance: f64,

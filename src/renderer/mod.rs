@@ -114,7 +114,7 @@ impl<'v> Renderer<'v> {
         let mut shot = Shot { scene, view, clock, watch: W::default() };
         let (mut done, mut estimate) = match scene.slicing() {
             Slicing::Tolerance(tolerance) => {
-                let (done, error) = self.to_tolerance(&mut shot, tolerance, &mut pixels)?;
+                let (done, error) = self.reach(&mut shot, tolerance, &mut pixels)?;
                 if error > tolerance {
                     warnings.push(format!(
                         "tolerance {tolerance} is out of reach: {} slices leave an estimated error of {error:.2e}",
