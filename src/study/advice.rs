@@ -149,6 +149,8 @@ pub(super) fn pre_integration(points: &[Point], bend: Option<f64>) -> Option<Pre
          would not do; and each of its slices costs more, with a table over pairs of values to look up."
     } else if time.0 > 1.05 {
         "It saves slices and still loses time: each of its slices costs more, with a table over pairs of values to look up."
+    } else if slices.1 < 0.8 {
+        "It saves slices, but each costs more: in time neither is clearly better."
     } else {
         "Neither is clearly better here."
     };
