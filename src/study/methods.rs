@@ -68,7 +68,12 @@ const LONG: u64 = 4096;
 /// All of them, the default first.
 pub const METHODS: &[NamedMethod] = &[
     PLAIN,
-    NamedMethod { name: "tolerance", about: "the default, slices chosen block by block for the error asked for", tolerance: true, ..PLAIN },
+    NamedMethod {
+        name: "tolerance",
+        about: "slices, and slabs of second order where they pay, chosen block by block for the error asked for",
+        tolerance: true,
+        ..PLAIN
+    },
     NamedMethod {
         name: "pre-integrated",
         about: "the transfer function integrated over each slab, between the values on its two sides",
