@@ -44,6 +44,7 @@
 //! |---|---|
 //! | read or make a volume | [`Volume::open`], [`volume::io`], [`volume::phantom`], [`Volume::new`] |
 //! | say what to picture | [`Scene`], [`scene::Camera`], [`scene::TransferFunction`], [`scene::Preset`], [`scene::Fog`], [`scene::ClipPlane`], [`scene::Blend`] |
+//! | draw as OpenGL 1.x does, bit depth by bit depth | [`scene::OpenGl`], [`Scene::with_opengl`] |
 //! | read a scene file | [`scene::SceneFile`] |
 //! | make one picture, or many of one volume | [`render`], [`Renderer`] |
 //! | bound memory, count threads, hear of progress | [`Settings`] |
@@ -68,6 +69,7 @@
 mod error;
 mod fragment;
 pub mod lanes;
+mod opengl;
 mod plan;
 pub mod proxy;
 mod raster;

@@ -174,7 +174,7 @@ fn wrong_usage_ends_with_2() {
         (&["render", "--camera.zoom", "x"], "--camera.zoom: cannot read \"x\""),
         (&["render", "--fog.mode", "smog"], "invalid value 'smog'"),
         (&["render", "--preset", "bone"], "unknown \"bone\"; the nearest known one is"),
-        (&["render", "--render.profile", "opengl"], "not offered yet"),
+        (&["render", "--opengl.wrap", "repeat"], "--opengl.wrap: is for render.profile"),
         (&["info"], "required arguments"),
         (&["completions", "cmd"], "invalid value 'cmd'"),
     ] {

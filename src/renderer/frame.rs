@@ -265,7 +265,7 @@ fn start_values(blend: Blend) -> [f32; 4] {
 }
 
 /// The background, fogged as from infinitely far where the scene asks for it.
-fn background(scene: &Scene) -> Premultiplied {
+pub(super) fn background(scene: &Scene) -> Premultiplied {
     let color = scene.background();
     let straight = match scene.fog().filter(|_| scene.fogged_background()) {
         Some(fog) => fogged(color, fog),

@@ -2,9 +2,11 @@
 
 mod approach;
 mod frame;
+mod opengl;
 mod refine;
 
 use crate::lanes::Level;
+use crate::opengl::{Texture, TextureKey};
 use crate::plan::Scaling;
 use crate::proxy::Stack;
 use crate::raster::Watch;
@@ -55,6 +57,8 @@ pub struct Renderer<'v> {
     pool: Option<ThreadPool>,
     volume_data: Option<VolumeData>,
     transfer_data: Option<TransferData>,
+    /// The profile opengl's texture, and what it was made for.
+    texture: Option<(TextureKey, Texture)>,
 }
 
 impl std::fmt::Debug for Renderer<'_> {
@@ -67,7 +71,7 @@ impl<'v> Renderer<'v> {
     /// A renderer for `volume`.
     pub fn new(volume: &'v Volume, settings: Settings) -> Self {
         let level = settings.level.unwrap_or_else(Level::best);
-        Self { volume, settings, level, pool: None, volume_data: None, transfer_data: None }
+        Self { volume, settings, level, pool: None, volume_data: None, transfer_data: None, texture: None }
     }
 
     /// One picture of `scene`, and what it cost.
@@ -95,6 +99,10 @@ impl<'v> Renderer<'v> {
     fn render_here<W: Watch>(&mut self, scene: &Scene) -> Result<(Picture, RenderStats, W)> {
         if self.settings.tile == Some(0) {
             return Err(Error::invalid("tile 0: a tile has at least one pixel"));
+        }
+        if let Some(state) = scene.opengl() {
+            let (picture, stats) = self.draw(scene, state)?;
+            return Ok((picture, stats, W::default()));
         }
         let mut clock = Clock::default();
         let volume = self.volume;

@@ -66,6 +66,8 @@ pub enum Target {
     F32,
     /// 8 bits a component, 0 to 1, rounded to nearest after every blend.
     Unorm8,
+    /// 16 bits a component, for the OpenGL profile.
+    Unorm16,
 }
 
 /// How sums over many slices are kept in f32.

@@ -9,6 +9,7 @@ mod file;
 mod fog;
 mod looks;
 mod method;
+mod opengl;
 pub mod preset;
 mod transfer;
 
@@ -20,6 +21,10 @@ pub use colormap::ColorMap;
 pub use file::{Key, KeyKind, Overrides, SceneFile, keys, schema};
 pub use fog::{Fog, FogDistance, FogMode, FogWeighting};
 pub use method::{Accumulation, Classification, Ends, Filter, Method, SampleAt, SlabForm, Target};
+pub use opengl::{
+    AlphaTest, Arithmetic, BlendFunction, Compare, Environment, Equation, Factor, FogEvaluation, OpenGl, Scissor, TableColors,
+    TextureFormat, Wrap,
+};
 pub use preset::Preset;
 pub use transfer::TransferFunction;
 
@@ -99,6 +104,7 @@ pub struct Scene {
     clip_planes: Vec<ClipPlane>,
     blend: Blend,
     method: Method,
+    opengl: Option<OpenGl>,
 }
 
 impl Scene {
@@ -119,6 +125,7 @@ impl Scene {
             clip_planes: Vec::new(),
             blend: Blend::Over,
             method: Method::default(),
+            opengl: None,
         }
     }
 
@@ -195,7 +202,7 @@ impl Scene {
             _ => {}
         }
         self.slicing = slicing;
-        Ok(self)
+        self.agreed()
     }
 
     /// The scene blended in another order.
@@ -254,7 +261,7 @@ impl Scene {
             }
         }
         self.blend = blend;
-        Ok(self)
+        self.agreed()
     }
 
     /// The scene integrated another way.
@@ -267,6 +274,42 @@ impl Scene {
             check_tolerance(method)?;
         }
         self.method = method;
+        self.agreed()
+    }
+
+    /// The scene as an OpenGL 1.x program with this state draws it, and with what such programs have: slices back to front, an 8-bit
+    /// framebuffer. [`Scene::with_order`] and [`Scene::with_method`], called afterwards, choose others.
+    ///
+    /// Slices are whole slabs, classified through a table of 256 entries; every one is drawn ([`Scene::terminate`] does not count).
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for a number outside its range, and for choices that OpenGL does not have: pre-integrated
+    /// classification, the other forms of slabs and sums of [`Method`], a tolerance, blends other than [`Blend::Over`].
+    pub fn with_opengl(mut self, state: OpenGl) -> Result<Self> {
+        state.check()?;
+        self.opengl = Some(state);
+        self.order = Order::BackToFront;
+        self.method.target = Target::Unorm8;
+        self.agreed()
+    }
+
+    /// The scene, if the profile can do what it asks for.
+    fn agreed(self) -> Result<Self> {
+        let m = &self.method;
+        let plain = Method { classification: m.classification, filter: m.filter, target: m.target, ends: m.ends, ..Method::default() };
+        if self.opengl.is_none() {
+            if m.target == Target::Unorm16 {
+                return Err(Error::invalid("render target unorm16: is for the profile opengl"));
+            }
+        } else if m.is_pre_integrated() {
+            return Err(Error::invalid("transfer classification: the profile opengl has post and pre"));
+        } else if *m != plain {
+            return Err(Error::invalid("slices: slab, sample, accumulation and extrapolate are not for the profile opengl"));
+        } else if matches!(self.slicing, Slicing::Tolerance(_)) {
+            return Err(Error::invalid("slices tolerance: the profile opengl draws a given number of slices"));
+        } else if self.blend != Blend::Over {
+            return Err(Error::invalid("render blend: the profile opengl blends by the functions of the section opengl"));
+        }
         Ok(self)
     }
 
@@ -333,6 +376,10 @@ impl Scene {
     /// How rays are integrated.
     pub fn method(&self) -> Method {
         self.method
+    }
+    /// State of the OpenGL pipeline, where that draws the scene.
+    pub fn opengl(&self) -> Option<&OpenGl> {
+        self.opengl.as_ref()
     }
 }
 

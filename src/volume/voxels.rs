@@ -30,6 +30,11 @@ impl VoxelType {
         }
     }
 
+    /// Whether it may be NaN or infinite.
+    pub fn is_float(self) -> bool {
+        matches!(self, Self::F32 | Self::F64)
+    }
+
     /// The name used in scene files: `u8`, `i16`, `f32` ...
     pub fn name(self) -> &'static str {
         match self {

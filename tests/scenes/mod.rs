@@ -1,9 +1,10 @@
 //! Small scenes that go through every stage, shared by tests of determinism and of golden pictures.
 
-use glam::{DMat3, DQuat, DVec3};
+use glam::{DMat3, DMat4, DQuat, DVec3, DVec4};
 use slicestack::scene::{
-    Accumulation, Blend, Camera, Classification, ClipPlane, Ends, Filter, Fog, FogDistance, FogMode, FogWeighting, Method, Order,
-    Placement, Projection, SampleAt, SlabForm, Slicing, Straight, Target, TransferFunction,
+    Accumulation, AlphaTest, Arithmetic, Blend, BlendFunction, Camera, Classification, ClipPlane, Compare, Ends, Environment, Equation,
+    Factor, Filter, Fog, FogDistance, FogEvaluation, FogMode, FogWeighting, Method, OpenGl, Order, Placement, Projection, SampleAt,
+    Scissor, SlabForm, Slicing, Straight, Target, TransferFunction, Wrap,
 };
 use slicestack::volume::phantom::Phantom;
 use slicestack::volume::{BoxConvention, Grid, VoxelType, Voxels};
@@ -275,5 +276,50 @@ pub(crate) fn samples() -> Vec<Sample> {
     add("extrapolated", head(), by(near(few()), Method { extrapolate: true, ..base }));
     add("extrapolated-pairs", head(), by(near(few()), Method { extrapolate: true, ..pairs }));
     add("transparent-background", head(), looked(s(), 30.0, 50.0, 0.0, 1.3, WIDE).with_background(Straight::default()).unwrap());
+    opengl(&mut list);
     list
+}
+
+/// OpenGL's fixed functions.
+fn opengl(list: &mut Vec<Sample>) {
+    let mut add = |name, volume: Volume, scene: Scene| list.push(Sample { name, volume, scene });
+    let gl = |s: Scene, state: OpenGl, method: Method| s.with_opengl(state).unwrap().with_method(method).unwrap();
+    let view = |s: Scene| looked(s, 30.0, 20.0, 0.0, 2.0, WIDE);
+    let s = || scene((48, 40), 50);
+    let eight = Method { target: Target::Unorm8, ..Method::default() };
+    add("opengl", head(), gl(view(s()), OpenGl::default(), eight));
+    add("opengl-f32", cloud(20, VoxelType::I16), gl(view(s()), OpenGl::default(), Method::default()).with_transfer(soft()));
+    add(
+        "opengl-16",
+        cloud(20, VoxelType::F32),
+        gl(view(s()), OpenGl::straight(), Method { target: Target::Unorm16, ..eight }).with_transfer(soft()),
+    );
+    let fixed = OpenGl { filter_arithmetic: Arithmetic::Fixed, ..OpenGl::default() };
+    add("opengl-pre", cloud(20, VoxelType::U8), gl(view(s()), fixed, Method { classification: Classification::Pre, ..eight }));
+    let nearest = Method { filter: Filter::Nearest, ..eight };
+    let bordered = OpenGl {
+        texture_matrix: DMat4::from_cols(
+            DVec4::new(1.7, 0.2, 0.0, 0.4),
+            DVec4::new(0.0, 1.5, 0.3, 0.0),
+            DVec4::new(-0.2, 0.0, 1.6, -0.3),
+            DVec4::new(-0.3, -0.2, 0.1, 1.0),
+        ),
+        wrap: [Wrap::Repeat, Wrap::ClampToBorder, Wrap::ClampToEdge],
+        border: [0.5, 0.0, 0.0, 0.0],
+        scissor: Some(Scissor { x: 3, y: 5, width: 40, height: 30 }),
+        ..OpenGl::default()
+    };
+    add("opengl-projective", head(), gl(view(s()), bordered, nearest));
+    let vertex = OpenGl {
+        fog_evaluation: FogEvaluation::Vertex,
+        environment: Environment::Modulate,
+        primary: [0.9, 0.8, 1.0, 0.7],
+        alpha_test: Some(AlphaTest { compare: Compare::Greater, reference: 0.004 }),
+        min_filter: Some(Filter::Nearest),
+        ..OpenGl::straight()
+    };
+    let fogged = foggy(view(s()), FogMode::Exp2 { density: 0.02 }, FogDistance::Radial, FogWeighting::Literal);
+    add("opengl-fog", head(), gl(fogged, vertex, Method::default()));
+    let highest = OpenGl::default().with_blend(BlendFunction { equation: Equation::Max, source: Factor::One, destination: Factor::One });
+    add("opengl-max", head(), gl(view(s()), highest, eight).with_transfer(strong()));
 }

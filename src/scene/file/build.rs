@@ -25,7 +25,7 @@ pub(super) struct Builder<'a> {
 }
 
 impl Builder<'_> {
-    fn error(&self, path: &str, what: impl AsRef<str>) -> Error {
+    pub(super) fn error(&self, path: &str, what: impl AsRef<str>) -> Error {
         self.places.error(path, what.as_ref())
     }
 
@@ -39,17 +39,14 @@ impl Builder<'_> {
     }
 
     /// An error when one of `keys` is given, for the reason `why`.
-    fn refuse(&self, keys: &[(&str, bool)], why: &str) -> Result<()> {
+    pub(super) fn refuse(&self, keys: &[(&str, bool)], why: &str) -> Result<()> {
         keys.iter().find(|k| k.1).map_or(Ok(()), |(key, _)| Err(self.error(key, why)))
     }
 
     /// Keys that a scene file may have but that no stage renders. Each line goes when its stage comes.
     fn not_offered(&self) -> Result<()> {
         let r = &self.document.render;
-        let missing = [
-            ("render.profile", "opengl", r.profile == Some(ProfileKey::Opengl)),
-            ("render.linear_light", "true", r.linear_light == Some(true)),
-        ];
+        let missing = [("render.linear_light", "true", r.linear_light == Some(true))];
         missing.iter().find(|m| m.2).map_or(Ok(()), |(key, value, _)| Err(self.error(key, format!("\"{value}\" is not offered yet"))))
     }
 
@@ -203,9 +200,14 @@ impl Builder<'_> {
                 return Err(self.error(key, format!("{other} is given too; give one of them")));
             }
         };
-        if d.slices.order == Some(OrderKey::BackToFront) {
-            scene = scene.with_order(Order::BackToFront);
+        if let Some(state) = self.opengl()? {
+            scene = scene.with_opengl(state)?;
         }
+        scene = match d.slices.order {
+            Some(OrderKey::FrontToBack) => scene.with_order(Order::FrontToBack),
+            Some(OrderKey::BackToFront) => scene.with_order(Order::BackToFront),
+            None => scene,
+        };
         if let Some(t) = d.slices.terminate {
             scene = scene.with_terminate(t as f32)?;
         }
@@ -230,7 +232,12 @@ impl Builder<'_> {
             slab: if s.slab == Some(SlabKey::Riemann) { SlabForm::Riemann } else { SlabForm::Exponential },
             sample: if s.sample == Some(SampleKey::End) { SampleAt::End } else { SampleAt::Center },
             ends: if s.ends == Some(EndsKey::Whole) { Ends::Whole } else { Ends::Partial },
-            target: if r.target == Some(TargetKey::Unorm8) { Target::Unorm8 } else { Target::F32 },
+            target: match r.target {
+                None if r.profile == Some(ProfileKey::Opengl) => Target::Unorm8,
+                None | Some(TargetKey::F32) => Target::F32,
+                Some(TargetKey::Unorm8) => Target::Unorm8,
+                Some(TargetKey::Unorm16) => Target::Unorm16,
+            },
             accumulation: match s.accumulation {
                 None | Some(AccumulationKey::Auto) => Accumulation::Auto,
                 Some(AccumulationKey::Plain) => Accumulation::Plain,
@@ -265,7 +272,8 @@ impl Builder<'_> {
         if f.distance == Some(FogDistanceKey::Radial) {
             fog = fog.with_distance(FogDistance::Radial);
         }
-        if f.weighting == Some(FogWeightingKey::Literal) {
+        let opengl = self.document.render.profile == Some(ProfileKey::Opengl);
+        if f.weighting.unwrap_or(if opengl { FogWeightingKey::Literal } else { FogWeightingKey::Alpha }) == FogWeightingKey::Literal {
             fog = fog.with_weighting(FogWeighting::Literal);
         }
         Ok(Some(fog))

@@ -3,6 +3,7 @@
 //! Keys are optional here, so that a missing one takes the default of the scene's own types; what goes together is decided in
 //! `build.rs`.
 
+use super::opengl::OpenGlKeys;
 use super::schema::{colormap_names, phantom_names, preset_names, type_names};
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -25,6 +26,8 @@ pub(super) struct Document {
     pub fog: FogKeys,
     /// How fragments become pixels.
     pub render: RenderKeys,
+    /// State of the OpenGL pipeline, for render.profile = "opengl".
+    pub opengl: OpenGlKeys,
     /// Up to six planes that cut the box.
     pub clip: Vec<ClipKeys>,
 }
@@ -133,7 +136,7 @@ pub(super) struct SliceKeys {
     pub spacing: Option<f64>,
     /// Root-mean-square error of the colours to stay below, instead of a number of slices.
     pub tolerance: Option<f64>,
-    /// Which slice is blended first: front-to-back (the default) or back-to-front.
+    /// Which slice is blended first: front-to-back (the default) or back-to-front (the default in the profile opengl).
     pub order: Option<OrderKey>,
     /// Transmittance below which a pixel is finished; 1/1024 unless given, 0 = never.
     pub terminate: Option<f64>,
@@ -164,7 +167,8 @@ pub(super) struct FogKeys {
     pub color: Option<[f64; 3]>,
     /// Distance along the view direction (planar, the default) or from the eye (radial).
     pub distance: Option<FogDistanceKey>,
-    /// Fog weighted by opacity (alpha, the default) or as OpenGL writes it (literal), which lights up empty slices.
+    /// Fog weighted by opacity (alpha, the default) or as OpenGL writes it (literal, the default in the profile opengl), which lights
+    /// up empty slices.
     pub weighting: Option<FogWeightingKey>,
     /// Whether the background is fogged too.
     pub background: Option<bool>,
@@ -177,7 +181,7 @@ pub(super) struct RenderKeys {
     pub profile: Option<ProfileKey>,
     /// What a lookup between voxels gives: linear interpolation (the default) or the nearest voxel.
     pub filter: Option<FilterKey>,
-    /// Numbers that fragments are blended in; f32 unless given.
+    /// Numbers that fragments are blended in; f32 unless given, in the profile opengl unorm8. unorm16 is for that profile alone.
     pub target: Option<TargetKey>,
     /// How fragments of a pixel combine; over unless given.
     pub blend: Option<BlendKey>,
@@ -210,6 +214,7 @@ macro_rules! choices {
         )*
     };
 }
+pub(super) use choices;
 
 choices! {
     BoxKey { Cells, Nodes }
@@ -227,6 +232,6 @@ choices! {
     FogDistanceKey { Planar, Radial }
     FogWeightingKey { Alpha, Literal }
     ProfileKey { Accurate, Opengl }
-    TargetKey { F32, Unorm8 }
+    TargetKey { F32, Unorm8, Unorm16 }
     BlendKey { Over, Mip, Min, Lmip, Average, Add, Iso }
 }

@@ -8,6 +8,7 @@
 
 mod build;
 mod keys;
+mod opengl;
 mod schema;
 mod table;
 #[cfg(test)]

@@ -46,6 +46,12 @@ impl Places {
         self.find(path).map(|f| f.1)
     }
 
+    /// The first key of `section` that was written somewhere.
+    pub(super) fn first_in(&self, section: &str) -> Option<&str> {
+        let inside = |k: &&String| k.strip_prefix(section).is_some_and(|rest| rest.starts_with('.'));
+        self.keys.keys().find(inside).map(String::as_str)
+    }
+
     /// The longest part of `path` that was written somewhere, and where.
     fn find<'p>(&self, path: &'p str) -> Option<(&'p str, Place)> {
         let mut path = path;

@@ -305,7 +305,8 @@ fn bad_scenes_say_what_is_wrong_and_where() {
         ("[slices]\nextrapolate = true\ntolerance = 0.01", "line 4: slices extrapolate: a tolerance chooses"),
         ("[slices]\naccumulation = \"compensated\"\n[render]\ntarget = \"unorm8\"", "line 4: slices accumulation compensated"),
         ("[slices]\naccumulation = \"compensated\"\nslab = \"riemann\"", "line 4: slices accumulation compensated"),
-        ("[render]\nprofile = \"opengl\"", "line 4: render.profile: \"opengl\" is not offered yet"),
+        ("[opengl]\nwrap = \"repeat\"", "line 4: opengl.wrap: is for render.profile = \"opengl\" alone"),
+        ("[render]\ntarget = \"unorm16\"", "line 4: render target unorm16: is for the profile opengl"),
         ("[render]\nlinear_light = true", "line 4: render.linear_light: \"true\" is not offered yet"),
         ("[render]\nblend = \"max\"", "line 4: render.blend: unknown variant `max`"),
         ("[render]\nlevel = 3", "line 4: render.level: is for render.blend = \"iso\" alone"),
@@ -324,6 +325,26 @@ fn bad_scenes_say_what_is_wrong_and_where() {
     ];
     for (text, want) in cases {
         let line = refusal(text);
+        assert!(line.contains(want), "{text:?}\n  says: {line}\n  not:  {want}");
+    }
+    let opengl = [
+        ("[opengl]\nblend_source = \"src-alfa\"", "line 6: opengl.blend_source: unknown variant `src-alfa`"),
+        ("[opengl]\nblend_sauce = \"one\"", "line 6: opengl.blend_sauce: unknown key; the nearest known one is opengl.blend_source"),
+        ("[opengl]\nalpha_test = \"greater\"\nalpha_reference = 2", "line 7: opengl alpha_reference 2: outside [0,1]"),
+        ("[opengl]\nalpha_reference = 0.5", "line 6: opengl.alpha_reference: has no effect without opengl.alpha_test"),
+        ("[opengl]\nprimary_color = [1, 1, 1, 0.5]", "line 6: opengl.primary_color: is for opengl.environment"),
+        ("[opengl]\nborder_color = [1, 1, 1, 7]", "line 6: opengl border_color 7: outside [0,1]"),
+        ("[opengl]\ntexture_matrix = [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,0]]", "line 6: opengl texture_matrix: singular"),
+        ("[opengl]\ntexture_matrix = [[1,0],[0,1]]", "line 6: opengl.texture_matrix"),
+        ("[opengl]\nscissor = [0, 0, -1, 5]", "line 6: opengl.scissor"),
+        ("[opengl]\nfog_evaluation = \"vertex\"", "line 6: opengl.fog_evaluation: has no effect without fog.mode"),
+        ("[fog]\nmode = \"exp\"\ndensity = -1", "line 7: fog density -1"),
+        ("[slices]\ntolerance = 0.1", "line 6: slices.tolerance: belongs to the profile accurate"),
+        ("[slices]\nterminate = 0", "line 6: slices.terminate: belongs to the profile accurate"),
+        ("[transfer]\nclassification = \"pre-integrated\"", "transfer classification: the profile opengl has post and pre"),
+    ];
+    for (text, want) in opengl {
+        let line = refusal(&format!("{PHANTOM}[render]\nprofile = \"opengl\"\n{text}"));
         assert!(line.contains(want), "{text:?}\n  says: {line}\n  not:  {want}");
     }
     for (text, want) in more {
@@ -366,5 +387,113 @@ fn the_schema_knows_every_key_and_explains_it() {
     for (section, inner) in schema["properties"].as_object().expect("sections") {
         let inner = if section == "clip" { &inner["items"] } else { inner };
         assert_eq!(inner["additionalProperties"], serde_json::json!(false), "{section}");
+    }
+}
+
+#[test]
+fn every_key_of_opengl_arrives() {
+    use crate::scene::{
+        AlphaTest, Arithmetic, BlendFunction, Classification, Compare, Environment, Equation, Factor, Filter, FogEvaluation, OpenGl,
+        Scissor, TableColors, Target, TextureFormat, Wrap,
+    };
+    use glam::{DMat4, DVec4};
+    let plain = scene("[render]\nprofile = \"opengl\"\n[fog]\nmode = \"exp\"\n");
+    assert_eq!(plain.opengl(), Some(&OpenGl::default()));
+    assert_eq!((plain.method().target, plain.order()), (Target::Unorm8, Order::BackToFront));
+    assert_eq!(plain.fog().map(Fog::weighting), Some(FogWeighting::Literal));
+    assert_eq!(scene("[render]\nprofile = \"opengl\"\n[opengl]\ntable_colors = \"straight\"\n").opengl(), Some(&OpenGl::straight()));
+
+    let all = scene(
+        r#"
+        [transfer]
+        classification = "pre"
+        [slices]
+        order = "front-to-back"
+        [fog]
+        mode = "exp2"
+        weighting = "alpha"
+        [render]
+        profile = "opengl"
+        target = "unorm16"
+        filter = "nearest"
+        [opengl]
+        texture = "f32"
+        min_filter = "linear"
+        filter_arithmetic = "fixed"
+        wrap = "repeat"
+        wrap_t = "clamp-to-border"
+        wrap_p = "clamp-to-edge"
+        border_color = [0.1, 0.2, 0.3, 0.4]
+        texture_matrix = [[1, 2, 3, 4], [5, 6, 7, 8], [9, 10, 11, 12], [13, 14, 15, 16]]
+        table = "f32"
+        table_filter = "nearest"
+        table_colors = "straight"
+        environment = "modulate"
+        primary_color = [0.5, 0.6, 0.7, 0.8]
+        fog_evaluation = "vertex"
+        alpha_test = "gequal"
+        alpha_reference = 0.25
+        blend_arithmetic = "float"
+        blend_equation = "reverse-subtract"
+        blend_source = "one-minus-constant-color"
+        blend_destination = "dst-alpha"
+        blend_equation_alpha = "max"
+        blend_source_alpha = "src-alpha-saturate"
+        blend_destination_alpha = "zero"
+        blend_color = [0.9, 0.8, 0.7, 0.6]
+        scissor = [1, 2, 3, 4]
+        "#,
+    );
+    let rows = [[1.0, 2.0, 3.0, 4.0], [5.0, 6.0, 7.0, 8.0], [9.0, 10.0, 11.0, 12.0], [13.0, 14.0, 15.0, 16.0]].map(DVec4::from_array);
+    let want = OpenGl {
+        texture: TextureFormat::F32,
+        min_filter: Some(Filter::Linear),
+        filter_arithmetic: Arithmetic::Fixed,
+        wrap: [Wrap::Repeat, Wrap::ClampToBorder, Wrap::ClampToEdge],
+        border: [0.1, 0.2, 0.3, 0.4],
+        texture_matrix: DMat4::from_cols(rows[0], rows[1], rows[2], rows[3]).transpose(),
+        table: Some(TextureFormat::F32),
+        table_filter: Filter::Nearest,
+        table_colors: TableColors::Straight,
+        environment: Environment::Modulate,
+        primary: [0.5, 0.6, 0.7, 0.8],
+        fog_evaluation: FogEvaluation::Vertex,
+        alpha_test: Some(AlphaTest { compare: Compare::GreaterOrEqual, reference: 0.25 }),
+        blend_arithmetic: Arithmetic::Float,
+        blend: BlendFunction { equation: Equation::ReverseSubtract, source: Factor::OneMinusConstantColor, destination: Factor::DstAlpha },
+        blend_alpha: BlendFunction { equation: Equation::Max, source: Factor::SrcAlphaSaturate, destination: Factor::Zero },
+        blend_constant: [0.9, 0.8, 0.7, 0.6],
+        scissor: Some(Scissor { x: 1, y: 2, width: 3, height: 4 }),
+    };
+    assert_eq!(all.opengl(), Some(&want));
+    let method = all.method();
+    assert_eq!((method.target, method.filter, method.classification), (Target::Unorm16, Filter::Nearest, Classification::Pre));
+    assert_eq!((all.order(), all.fog().map(Fog::weighting)), (Order::FrontToBack, Some(FogWeighting::Alpha)));
+}
+
+#[test]
+fn words_of_opengl_stand_in_its_own_order() {
+    use crate::scene::{Compare, Equation, Factor};
+    // The name of a variant, in the letters of a key.
+    let kebab = |name: String| {
+        let letters = name.chars().enumerate().flat_map(|(i, c)| {
+            let hyphen = (c.is_uppercase() && i > 0).then_some('-');
+            hyphen.into_iter().chain(c.to_lowercase())
+        });
+        letters.collect::<String>()
+    };
+    let state = |key: &str, word: &str| {
+        let scene = scene(&format!("[render]\nprofile = \"opengl\"\n[opengl]\n{key} = \"{word}\"\n"));
+        *scene.opengl().expect("the profile is opengl")
+    };
+    for factor in Factor::ALL {
+        assert_eq!(state("blend_source", &kebab(format!("{factor:?}"))).blend.source, factor);
+    }
+    for equation in Equation::ALL {
+        assert_eq!(state("blend_equation", &kebab(format!("{equation:?}"))).blend.equation, equation);
+    }
+    let words = ["never", "less", "equal", "lequal", "greater", "notequal", "gequal", "always"];
+    for (word, compare) in words.into_iter().zip(Compare::ALL) {
+        assert_eq!(state("alpha_test", word).alpha_test.map(|t| t.compare), Some(compare));
     }
 }

@@ -1,0 +1,84 @@
+//! A picture by way of the fixed-function pipeline.
+
+use super::frame::{Clock, background};
+use super::{RenderStats, Renderer, TILE, canvas, slice_count};
+use crate::opengl;
+use crate::proxy::Stack;
+use crate::scene::{Classification, OpenGl, Scene, Slicing};
+use crate::target::Picture;
+use crate::{Error, Result};
+
+impl Renderer<'_> {
+    /// One picture of `scene` through the fixed-function pipeline in `state`.
+    pub(super) fn draw(&mut self, scene: &Scene, state: &OpenGl) -> Result<(Picture, RenderStats)> {
+        if self.settings.estimate {
+            return Err(Error::invalid("estimate: the profile opengl has the errors of OpenGL; estimate those of the profile accurate"));
+        }
+        let mut clock = Clock::default();
+        let volume = self.volume;
+        opengl::check_matrix(state, volume)?;
+        let (width, height) = scene.size();
+        let view = scene.camera().resolve(volume.grid(), width, height)?;
+        let count = match scene.slicing() {
+            Slicing::Count(count) => count,
+            Slicing::Spacing(spacing) => slice_count(spacing, volume, &view)?,
+            Slicing::Tolerance(_) => return Err(Error::invalid("slices tolerance: the profile opengl draws a given number of slices")),
+        };
+        let stack = Stack::new(volume.grid(), &view, scene.clip_planes(), count);
+        let method = scene.method();
+        let (table, kept) = clock.prepare(|| {
+            let values = opengl::Values::of(volume);
+            let unit = scene.opacity_unit().unwrap_or_else(|| volume.grid().smallest_spacing());
+            let ratio = if stack.is_empty() { 1.0 } else { stack.spacing / unit };
+            let table = opengl::Table::new(scene.transfer(), &values, ratio, state, method.target);
+            let classified = method.classification == Classification::Pre;
+            let key = opengl::TextureKey { format: state.texture, table: classified.then(|| table.clone()) };
+            let kept = match self.texture.take().filter(|t| t.0 == key) {
+                Some(kept) => kept,
+                None => {
+                    let texture = opengl::Texture::new(volume, &values, &key)?;
+                    (key, texture)
+                }
+            };
+            Ok::<_, Error>((table, self.texture.insert(kept)))
+        })?;
+        let pipeline = opengl::Pipeline {
+            state,
+            texture: &kept.1,
+            dims: volume.grid().dims(),
+            filter: method.filter,
+            table: &table,
+            stack: &stack,
+            fog: scene.fog(),
+            order: scene.order(),
+            clear: background(scene),
+            target: method.target,
+        };
+        let mut pixels = canvas(width, height)?;
+        let fragments = pipeline.draw(&mut pixels, self.settings.tile.unwrap_or(TILE), self.settings.progress.as_deref())?;
+        let non_finite = if volume.voxels().voxel_type().is_float() { volume.statistics().non_finite } else { 0 };
+        let mut warnings = Vec::new();
+        if stack.is_empty() {
+            warnings.push("the whole box lies behind the eye: nothing to see".to_owned());
+        } else if fragments > 0 && pixels.len() > 1 && pixels.iter().all(|p| *p == pixels[0]) {
+            warnings.push("the picture is of one colour: nothing of the volume shows in it".to_owned());
+        }
+        if non_finite > 0 {
+            warnings.push(format!("{non_finite} of {} voxels are NaN or infinite: texels of 0", volume.grid().voxel_count()));
+        }
+        let stats = RenderStats {
+            prepare_seconds: clock.prepare_seconds,
+            render_seconds: clock.start.elapsed().as_secs_f64() - clock.prepare_seconds,
+            slices: stack.count,
+            fragments,
+            fetches: fragments,
+            threads: rayon::current_num_threads(),
+            simd: self.level.name(),
+            left_out: opengl::left_out(scene, state),
+            error_estimate: None,
+            non_finite_voxels: non_finite,
+            warnings,
+        };
+        Ok((Picture::new(width, height, pixels), stats))
+    }
+}
