@@ -51,6 +51,7 @@
 //! | see how a picture comes about, step by step | [`explain`](mod@explain) |
 //! | write a picture | [`Picture::save`](target::Picture::save), [`target::Format`] |
 //! | know the truth without slices | [`reference`](mod@reference) |
+//! | know what error costs, and what holds in extreme cases | [`study`] |
 //!
 //! # Promises
 //!
@@ -63,7 +64,7 @@
 //! # Features
 //!
 //! All are on by default: `cli` (the command), `scene-file` (TOML and JSON scenes), `formats` (readers), `encoders` (writers), `explain`
-//! (teaching pages).
+//! (teaching pages), `study` (error against run time, and proof of stability).
 //! `default-features = false` leaves the renderer, its scenes and the built-in volumes.
 
 mod error;
@@ -79,6 +80,8 @@ pub mod reference;
 mod renderer;
 pub mod scene;
 mod settings;
+#[cfg(feature = "study")]
+pub mod study;
 pub mod target;
 pub mod volume;
 

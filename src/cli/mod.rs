@@ -10,6 +10,7 @@ mod output;
 mod presets;
 mod progress;
 mod render;
+mod report;
 mod scene;
 mod schema;
 mod stats;
@@ -43,6 +44,8 @@ enum Verb {
     Render(Box<render::RenderArgs>),
     /// Write a page that leads through a scene step by step.
     Explain(Box<explain::ExplainArgs>),
+    /// Measure what error costs in time for a scene, method by method; or what holds in extreme cases.
+    Report(Box<report::ReportArgs>),
     /// Tell what is in a volume file, and which presets suit it.
     Info(info::InfoArgs),
     /// List presets and colour maps.
@@ -74,6 +77,7 @@ pub(crate) fn run() -> ExitCode {
     let done = match cli.verb {
         Verb::Render(args) => render::run(&args),
         Verb::Explain(args) => explain::run(&args),
+        Verb::Report(args) => report::run(&args),
         Verb::Info(args) => info::run(&args),
         Verb::Presets => presets::run(),
         Verb::Schema => schema::run(),

@@ -48,14 +48,18 @@ pub(super) struct SceneArgs {
 }
 
 impl SceneArgs {
+    /// Whether a scene or a volume is named.
+    pub(super) fn names_a_volume(&self) -> bool {
+        self.input.is_some() || self.flags.has("volume.path") || self.flags.has("volume.phantom")
+    }
+
     /// The scene to read, and what overrides its keys.
     ///
     /// # Errors
     /// [`Usage`] for a flag that cannot be meant.
     pub(super) fn read(&self) -> Result<(SceneText<'_>, Overrides)> {
         let mut overrides = Overrides::default();
-        let named = self.input.is_some() || self.flags.has("volume.path") || self.flags.has("volume.phantom");
-        let text = if named { scene_of(self.input.as_deref(), &mut overrides)? } else { SceneText::Text(DEFAULT_SCENE) };
+        let text = if self.names_a_volume() { scene_of(self.input.as_deref(), &mut overrides)? } else { SceneText::Text(DEFAULT_SCENE) };
         shorthands(self, &mut overrides)?;
         self.flags.apply(&mut overrides);
         Ok((text, overrides))

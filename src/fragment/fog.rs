@@ -46,6 +46,11 @@ impl<'v> Kernel<Frame<'v>, Batch> for FogEach {
     }
 }
 
+/// A density in f32, infinity and its products kept away: nothing is seen through less.
+fn bounded(density: f64) -> f32 {
+    density.min(1e18) as f32
+}
+
 impl<'v> Kernel<Frame<'v>, Batch> for FogRadial {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
@@ -58,10 +63,16 @@ impl<'v> Kernel<Frame<'v>, Batch> for FogRadial {
             let z = L::sqrt(L::add(L::mul(along, along), L::load(row(&batch.pixels.plane_squared, r))));
             let f = match fog.mode {
                 FogMode::Linear { start, end } if start == end => L::select(L::lt(z, L::splat(end as f32)), one, zero),
-                FogMode::Linear { start, end } => L::div(L::sub(L::splat(end as f32), z), L::splat((end - start) as f32)),
-                FogMode::Exp { density } => exp_negative::<L>(L::mul(L::splat(-density as f32), z)),
+                FogMode::Linear { start, end } => {
+                    // Lengths that f32 has no room for are measured by themselves.
+                    let most = start.abs().max(end.abs());
+                    let unit = if most < 1e30 { 1.0 } else { 1.0 / most };
+                    let (end, width) = (end * unit, end * unit - start * unit);
+                    L::div(L::sub(L::splat(end as f32), L::mul(z, L::splat(unit as f32))), L::splat(width as f32))
+                }
+                FogMode::Exp { density } => exp_negative::<L>(L::mul(L::splat(-bounded(density)), z)),
                 FogMode::Exp2 { density } => {
-                    let x = L::mul(L::splat(density as f32), z);
+                    let x = L::mul(L::splat(bounded(density)), z);
                     exp_negative::<L>(L::mul(L::sub(zero, x), x))
                 }
             };

@@ -23,6 +23,8 @@ pub(crate) struct Resolve<'f> {
     pub(crate) low: f64,
     /// Whether slabs keep what is gathered between 0 and 1.
     pub(crate) bounded: bool,
+    /// Whether fog is added whatever a fragment's opacity: sums may then rightly pass 1.
+    pub(crate) literal: bool,
 }
 
 impl Resolve<'_> {
@@ -37,7 +39,8 @@ impl Resolve<'_> {
         let [c0, c1, c2] = [0, 1, 2].map(|c: usize| pixels.color[c][i]);
         let t = pixels.transmittance[i];
         let front = match self.blend {
-            Blend::Over if self.bounded => return self.over([c0, c1, c2], t),
+            // Weights add up to 1, and roundings to a hair more.
+            Blend::Over if self.bounded => return self.over([c0, c1, c2], t).map(|c| if c > 1.0 && !self.literal { 1.0 } else { c }),
             // Sums that grow without bound end at the largest number there is.
             Blend::Over => return self.over([c0, c1, c2], t).map(|c| if c.is_nan() { 0.0 } else { c.clamp(f32::MIN, f32::MAX) }),
             Blend::Add => {

@@ -120,7 +120,8 @@ impl PieceFog {
             }
             Haze::Exp2 { density } => {
                 let f = libm::exp(-(density * z) * (density * z));
-                (f, -2.0 * density * density * z * dz * f)
+                // Squares of huge densities are infinite, and nothing times infinity is no number.
+                if f == 0.0 { (0.0, 0.0) } else { (f, -2.0 * density * density * z * dz * f) }
             }
         }
     }

@@ -103,6 +103,7 @@ impl Renderer<'_> {
             offset: scaling.offset,
             low: f64::from(frame.table_low),
             bounded: needs.method.slab == SlabForm::Exponential,
+            literal: scene.fog().is_some_and(|f| f.weighting() == FogWeighting::Literal),
         };
         let mut counters = Counters::default();
         if stack.is_empty() {

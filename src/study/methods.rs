@@ -1,0 +1,188 @@
+//! The methods that are compared, by name.
+
+use crate::scene::{Accumulation, Classification, Ends, Filter, Method, SampleAt, SlabForm, Target};
+use crate::{Error, Result};
+
+/// A way to integrate, under the name it has in reports.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NamedMethod {
+    /// Its name.
+    pub name: &'static str,
+    /// What it does, in half a line.
+    pub about: &'static str,
+    /// The choices it stands for.
+    pub method: Method,
+    /// Whether slices are chosen block by block for an error asked for; else pictures of ever more slices are made.
+    pub tolerance: bool,
+    /// Why more slices do not lead to the reference, for methods that solve another problem.
+    pub other_limit: Option<&'static str>,
+    /// Slices that the series of pictures starts from.
+    pub first: u64,
+}
+
+impl NamedMethod {
+    /// The order at which its error is expected to fall on smooth scenes; `None` where no slice count is chosen.
+    pub fn expected_order(&self) -> Option<u32> {
+        if self.tolerance {
+            return None;
+        }
+        // An extrapolation takes the leading term away.
+        Some(self.method.order() + u32::from(self.method.extrapolate))
+    }
+
+    /// The method called `name`.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] that tells the nearest name.
+    pub fn named(name: &str) -> Result<&'static Self> {
+        METHODS.iter().find(|m| m.name == name).ok_or_else(|| {
+            let nearest = METHODS.iter().min_by_key(|m| distance(name, m.name)).map_or("", |m| m.name);
+            Error::invalid(format!("method \"{name}\" is not known: did you mean \"{nearest}\"?"))
+        })
+    }
+}
+
+const BASE: Method = Method {
+    classification: Classification::Post,
+    filter: Filter::Linear,
+    slab: SlabForm::Exponential,
+    sample: SampleAt::Center,
+    ends: Ends::Partial,
+    target: Target::F32,
+    accumulation: Accumulation::Auto,
+    extrapolate: false,
+};
+
+const PLAIN: NamedMethod = NamedMethod {
+    name: "midpoint",
+    about: "a sample in the middle of each slab: the default",
+    method: BASE,
+    tolerance: false,
+    other_limit: None,
+    first: 32,
+};
+
+/// Slices from which the two ways to add up differ.
+const LONG: u64 = 4096;
+
+/// All of them, the default first.
+pub const METHODS: &[NamedMethod] = &[
+    PLAIN,
+    NamedMethod {
+        name: "tolerance",
+        about: "slices, and slabs of second order where they pay, chosen block by block for the error asked for",
+        tolerance: true,
+        ..PLAIN
+    },
+    NamedMethod {
+        name: "pre-integrated",
+        about: "the transfer function integrated over each slab, between the values on its two sides",
+        method: Method { classification: Classification::PreIntegrated, ..BASE },
+        ..PLAIN
+    },
+    NamedMethod {
+        name: "second-order",
+        about: "pre-integrated, with the values' curvature along the ray",
+        method: Method { classification: Classification::SecondOrder, ..BASE },
+        ..PLAIN
+    },
+    NamedMethod {
+        name: "midpoint-richardson",
+        about: "pictures of N and 2 N slices, extrapolated",
+        method: Method { extrapolate: true, ..BASE },
+        ..PLAIN
+    },
+    NamedMethod {
+        name: "pre-integrated-richardson",
+        about: "pre-integrated pictures of N and 2 N slices, extrapolated",
+        method: Method { classification: Classification::PreIntegrated, extrapolate: true, ..BASE },
+        ..PLAIN
+    },
+    NamedMethod {
+        name: "midpoint-whole",
+        about: "whole slabs where the ray enters and leaves the box, as in OpenGL",
+        method: Method { ends: Ends::Whole, ..BASE },
+        ..PLAIN
+    },
+    NamedMethod {
+        name: "end-sample",
+        about: "a sample at the far side of each slab",
+        method: Method { sample: SampleAt::End, ..BASE },
+        ..PLAIN
+    },
+    NamedMethod {
+        name: "riemann",
+        about: "opacity kappa L instead of 1 - exp(-kappa L): explicit Euler",
+        method: Method { slab: SlabForm::Riemann, ..BASE },
+        ..PLAIN
+    },
+    NamedMethod { name: "unorm8", about: "blended in 8 bits a component", method: Method { target: Target::Unorm8, ..BASE }, ..PLAIN },
+    NamedMethod {
+        name: "pre-classified",
+        about: "voxels classified, their colours interpolated",
+        method: Method { classification: Classification::Pre, ..BASE },
+        other_limit: Some("interpolates colours instead of values"),
+        ..PLAIN
+    },
+    NamedMethod {
+        name: "nearest",
+        about: "the nearest voxel instead of the eight around",
+        method: Method { filter: Filter::Nearest, ..BASE },
+        other_limit: Some("shows a field of blocks instead of the interpolated one"),
+        ..PLAIN
+    },
+    NamedMethod {
+        name: "plain-f32",
+        about: "very many slices added up in plain f32",
+        method: Method { accumulation: Accumulation::Plain, ..BASE },
+        first: LONG,
+        ..PLAIN
+    },
+    NamedMethod {
+        name: "compensated-f32",
+        about: "very many slices added up in f32 with what rounding lost",
+        method: Method { accumulation: Accumulation::Compensated, ..BASE },
+        first: LONG,
+        ..PLAIN
+    },
+];
+
+/// Letters to insert, drop or change to come from `a` to `b` (Levenshtein).
+fn distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, x) in a.chars().enumerate() {
+        let mut corner = i;
+        row[0] = i + 1;
+        for (j, y) in b.iter().enumerate() {
+            let change = corner + usize::from(x != *y);
+            corner = row[j + 1];
+            row[j + 1] = change.min(corner + 1).min(row[j] + 1);
+        }
+    }
+    row[b.len()]
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_found_and_near_misses_told() {
+        for m in METHODS {
+            assert_eq!(NamedMethod::named(m.name).unwrap().name, m.name);
+            assert_eq!(METHODS.iter().filter(|n| n.name == m.name).count(), 1);
+        }
+        let said = NamedMethod::named("pre-intergated").unwrap_err().to_string();
+        assert!(said.contains("\"pre-integrated\""), "{said}");
+        assert_eq!((distance("kitten", "sitting"), distance("", "abc"), distance("abc", "abc")), (3, 3, 0));
+    }
+
+    #[test]
+    fn orders_are_those_of_the_choices() {
+        let order = |name: &str| NamedMethod::named(name).unwrap().expected_order();
+        assert_eq!(["midpoint", "second-order", "riemann", "end-sample", "midpoint-whole"].map(order), [2, 3, 1, 1, 1].map(Some));
+        assert_eq!(order("tolerance"), None);
+    }
+}

@@ -1,0 +1,239 @@
+//! `slicestack report` as a user meets it.
+#![cfg(feature = "cli")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
+
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+use tempfile::TempDir;
+
+const TINY: [&str; 11] =
+    ["report", "--volume.phantom", "marschner-lobb", "--volume.size", "16", "--size", "40x32", "--slices.count", "64", "--budget", "1.5"];
+
+fn run(dir: &Path, args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_slicestack")).args(args).current_dir(dir).output().unwrap()
+}
+
+fn dir() -> TempDir {
+    tempfile::tempdir().unwrap()
+}
+
+fn read(path: impl AsRef<Path>) -> String {
+    String::from_utf8(fs::read(path.as_ref()).unwrap_or_else(|e| panic!("{}: {e}", path.as_ref().display()))).unwrap()
+}
+
+/// Rows of a CSV file as (column, text).
+fn csv(path: impl AsRef<Path>) -> Vec<Vec<(String, String)>> {
+    let mut reader = csv::Reader::from_path(path).unwrap();
+    let head: Vec<String> = reader.headers().unwrap().iter().map(str::to_owned).collect();
+    reader.records().map(|r| head.iter().cloned().zip(r.unwrap().iter().map(str::to_owned)).collect()).collect()
+}
+
+/// Whether a CSV cell says what a JSON value is.
+fn same(cell: &str, value: &Value) -> bool {
+    match value {
+        Value::Null => cell.is_empty(),
+        Value::String(text) => cell == text,
+        Value::Bool(b) => cell == b.to_string(),
+        // The reader of JSON rounds the last bit otherwise.
+        Value::Number(n) => (cell.parse::<f64>().unwrap() - n.as_f64().unwrap()).abs() <= 1e-14 * n.as_f64().unwrap().abs(),
+        _ => false,
+    }
+}
+
+/// The CSV file holds what the list in the JSON holds, number for number.
+fn agree(csv_path: &Path, list: &Value) -> usize {
+    let rows = csv(csv_path);
+    let list = list.as_array().unwrap();
+    assert_eq!(rows.len(), list.len(), "{}", csv_path.display());
+    for (row, object) in rows.iter().zip(list) {
+        for (name, cell) in row {
+            assert!(same(cell, &object[name]), "{}: {name}: {cell} is not {}", csv_path.display(), object[name]);
+        }
+    }
+    rows.len()
+}
+
+/// Every tag that opens closes, in order; names of the elements.
+fn elements(xml: &str) -> Vec<String> {
+    let (mut open, mut all) = (Vec::new(), Vec::new());
+    for part in xml.split('<').skip(1) {
+        let (tag, _) = part.split_once('>').unwrap();
+        let name = |t: &str| t.split_whitespace().next().unwrap().to_owned();
+        if let Some(closed) = tag.strip_prefix('/') {
+            assert_eq!(open.pop().as_deref(), Some(closed), "in {xml:.200}");
+        } else {
+            assert_eq!(tag.matches('"').count() % 2, 0, "{tag}");
+            all.push(name(tag.trim_end_matches('/')));
+            if !tag.ends_with('/') {
+                open.push(name(tag));
+            }
+        }
+    }
+    assert!(open.is_empty(), "{open:?} left open");
+    all
+}
+
+fn check_pictures(dir: &Path, plots: &[&str]) {
+    for plot in plots {
+        let svg = elements(&read(dir.join(format!("{plot}.svg"))));
+        assert!(svg[0] == "svg" && svg.len() > 20, "{plot}: {svg:?}");
+    }
+    for entry in fs::read_dir(dir).unwrap().map(|e| e.unwrap().path()).filter(|p| p.extension().is_some_and(|e| e == "png")) {
+        let mut reader = png::Decoder::new(std::io::BufReader::new(fs::File::open(&entry).unwrap())).read_info().unwrap();
+        let mut data = vec![0; reader.output_buffer_size().unwrap()];
+        reader.next_frame(&mut data).unwrap();
+        assert!(data.iter().any(|&b| b != data[0]), "{}: of one colour", entry.display());
+    }
+}
+
+/// The page fetches nothing and links nowhere.
+fn check_page(html: &str) {
+    assert!(html.starts_with("<!DOCTYPE html>") && html.trim_end().ends_with("</html>"));
+    let outside = html.replace("http://www.w3.org/2000/svg", "");
+    for word in ["http:", "https:", "href=", "url(", "@import", "<script", "<link"] {
+        assert!(!outside.contains(word), "{word} in the page");
+    }
+    for source in html.split("src=\"").skip(1) {
+        assert!(source.starts_with("data:image/png;base64,"), "{source:.60}");
+    }
+    assert!(html.contains("prefers-color-scheme:dark") && html.contains("@media print"));
+}
+
+#[test]
+fn a_small_scene_becomes_a_page_numbers_and_plots() {
+    let dir = dir();
+    let out = run(dir.path(), &[&TINY[..], &["-o", "r"]].concat());
+    let told = String::from_utf8(out.stdout).unwrap();
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    assert!(told.contains("cheapest way") && told.contains("1e-2") && told.contains("report.html"), "{told}");
+    let folder = dir.path().join("r");
+    let json: Value = serde_json::from_str(&read(folder.join("report.json"))).unwrap();
+    for list in ["points", "methods", "stages", "advice"] {
+        assert!(agree(&folder.join(format!("{list}.csv")), &json[list]) > 0, "{list} is empty");
+    }
+    // Sizes are lists in the JSON and columns in the CSV.
+    let costs = csv(folder.join("costs.csv"));
+    assert_eq!(costs.len(), json["costs"].as_array().unwrap().len());
+    assert!(costs.len() >= 4);
+    check_pictures(&folder, &["work-precision", "convergence", "stages", "cost-image", "cost-volume"]);
+    assert!(folder.join("reference.png").is_file() && folder.join("rendering.png").is_file());
+    let html = read(folder.join("report.html"));
+    check_page(&html);
+    let table = read(folder.join("table.md"));
+    assert!(table.starts_with("| RMS error at most |") && table.lines().filter(|l| l.starts_with("| ")).count() == 8, "{table}");
+    // The numbers make sense: times pass, errors fall.
+    let points = json["points"].as_array().unwrap();
+    assert!(points.iter().all(|p| p["seconds"].as_f64().unwrap() > 0.0 && p["rms"].as_f64().unwrap() > 0.0));
+    let rms: Vec<f64> = points.iter().filter(|p| p["method"] == "midpoint").map(|p| p["rms"].as_f64().unwrap()).collect();
+    assert!(rms.len() >= 2 && rms[rms.len() - 1] < 0.5 * rms[0], "{rms:?}");
+    assert_eq!(json["methods"].as_array().unwrap().len(), 14);
+    assert!(json["methods"].as_array().unwrap().iter().all(|m| m["missing"].is_null()), "{}", json["methods"]);
+    // Shares of a frame add up to it.
+    let stages = json["stages"].as_array().unwrap();
+    let sum: f64 = stages.iter().filter(|s| s["method"] == "midpoint").map(|s| s["share"].as_f64().unwrap()).sum();
+    assert!((sum - 1.0).abs() < 1e-9, "{sum}");
+    // A second report takes the first one's place.
+    assert!(run(dir.path(), &[&TINY[..], &["-o", "r", "--methods", "midpoint"]].concat()).status.success());
+    let json: Value = serde_json::from_str(&read(folder.join("report.json"))).unwrap();
+    assert_eq!(json["methods"].as_array().unwrap().len(), 1);
+}
+
+#[test]
+fn errors_fall_as_fast_as_a_smooth_scene_lets_them() {
+    let dir = dir();
+    let scene = "[volume]\nphantom = \"hydrogen\"\nsize = 24\n[camera]\nazimuth = 20\nelevation = 15\n[image]\nwidth = 40\nheight = 40\n\
+                 [transfer]\ncolor = [[0, 0.2, 0.4, 1], [1, 1, 0.6, 0.1]]\nopacity = [[0, 0], [1, 0.3]]\n";
+    fs::write(dir.path().join("s.toml"), scene).unwrap();
+    let out = run(dir.path(), &["report", "s.toml", "-o", "r", "--budget", "4", "--methods", "pre-integrated, second-order"]);
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    let json: Value = serde_json::from_str(&read(dir.path().join("r/report.json"))).unwrap();
+    for m in json["methods"].as_array().unwrap() {
+        let order = m["measured_order"].as_f64().unwrap();
+        assert!((1.5..3.2).contains(&order), "{}: {order}", m["name"]);
+        assert_eq!(m["expected_order"], if m["name"] == "second-order" { 3 } else { 2 });
+    }
+    assert_eq!(json["setting"]["name"], "s");
+}
+
+/// Runs a command that is to fail with `status`: one line on stderr, nothing left behind.
+fn refused(dir: &Path, args: &[&str], status: i32) -> String {
+    let count = || fs::read_dir(dir).unwrap().count();
+    let before = count();
+    let out = run(dir, args);
+    let line = String::from_utf8(out.stderr).unwrap();
+    assert_eq!(out.status.code(), Some(status), "{args:?}: {line}");
+    assert!(line.starts_with("error: ") && line.lines().count() == 1, "{args:?}: {line}");
+    assert_eq!(count(), before, "{args:?} left something behind");
+    line
+}
+
+#[test]
+fn senseless_wishes_are_one_line_each() {
+    let dir = dir();
+    let with = |more: &[&'static str]| [&TINY[..9], more].concat();
+    let said = refused(dir.path(), &with(&["-o", "r", "--methods", "midpiont"]), 2);
+    assert!(said.contains("\"midpiont\"") && said.contains("\"midpoint\""), "{said}");
+    assert!(refused(dir.path(), &with(&["-o", "r", "--methods", " , "]), 2).contains("pre-integrated"));
+    for budget in ["0", "-3", "nan", "inf"] {
+        assert!(refused(dir.path(), &with(&["-o", "r", "--budget", budget]), 2).contains("--budget"));
+    }
+    assert!(refused(dir.path(), &with(&["-o", "no/such/r"]), 1).contains("no/such/r"));
+    assert!(refused(dir.path(), &["report", "-o", "r"], 2).contains("--stability"));
+    assert!(refused(dir.path(), &with(&["-o", "r", "--stability"]), 2).contains("--stability"));
+    assert!(refused(dir.path(), &["report", "missing.nrrd", "-o", "r"], 1).contains("missing.nrrd"));
+    // There is no reference for these.
+    assert!(refused(dir.path(), &with(&["-o", "r", "--render.blend", "mip"]), 1).contains("blend mode"));
+    fs::write(dir.path().join("f"), "mine").unwrap();
+    assert!(refused(dir.path(), &with(&["-o", "f"]), 1).contains("f: is no folder"));
+    // Other people's files are spared.
+    fs::create_dir(dir.path().join("theirs")).unwrap();
+    fs::write(dir.path().join("theirs/points.csv"), "mine").unwrap();
+    assert!(refused(dir.path(), &with(&["-o", "theirs"]), 2).contains("theirs: holds other files"));
+    assert_eq!(read(dir.path().join("theirs/points.csv")), "mine");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_folder_that_cannot_be_written_to_is_told_before_the_work() {
+    let dir = dir();
+    // A device's folder takes no files, not even from those who may do everything.
+    let said = refused(dir.path(), &[&TINY[..9], &["-o", "/proc/self"]].concat(), 2);
+    assert!(said.contains("/proc/self"), "{said}");
+    let said = refused(dir.path(), &[&TINY[..9], &["-o", "/proc/self/report"]].concat(), 1);
+    assert!(said.contains("/proc/self/report"), "{said}");
+}
+
+#[test]
+fn extreme_cases_become_a_page_too() {
+    let dir = dir();
+    let out = run(dir.path(), &["report", "--stability", "-o", "s"]);
+    let told = String::from_utf8(out.stdout).unwrap();
+    assert_eq!(out.status.code(), Some(0), "{told}{}", String::from_utf8_lossy(&out.stderr));
+    assert!(told.contains("riemann diverges from kappa D = 2.05 on"), "{told}");
+    let folder = dir.path().join("s");
+    let json: Value = serde_json::from_str(&read(folder.join("stability.json"))).unwrap();
+    assert!(agree(&folder.join("stability.csv"), &json["rows"]) > 200);
+    assert!(agree(&folder.join("counts.csv"), &json["counts"]) > 100);
+    assert!(agree(&folder.join("riemann.csv"), &json["riemann"]) > 50);
+    check_pictures(&folder, &["counts", "counts-faint", "riemann"]);
+    let html = read(folder.join("stability.html"));
+    check_page(&html);
+    assert!(html.contains("does not hold") == json["rows"].as_array().unwrap().iter().any(|r| r["holds"] == false));
+}
+
+#[test]
+fn the_readme_quotes_the_report() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let (readme, table) = (read(root.join("README.md")), read(root.join("docs/report/table.md")));
+    assert!(readme.contains(table.trim_end()), "README.md does not hold docs/report/table.md");
+    let json: Value = serde_json::from_str(&read(root.join("docs/report/report.json"))).unwrap();
+    for a in json["advice"].as_array().unwrap() {
+        let error = format!("| {:e} | ", a["error"].as_f64().unwrap());
+        let row = table.lines().find(|l| l.starts_with(&error)).unwrap_or_else(|| panic!("no row for {error}"));
+        if let Some(slices) = a["default_slices"].as_u64() {
+            assert!(row.contains(&format!("{slices} slices")), "{row}");
+        }
+    }
+}
