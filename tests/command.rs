@@ -135,6 +135,10 @@ fn scene_files_and_flags_make_one_scene() {
     let cut = picture(&["sub/s.toml", "--clip", "1,0,0,2", "--clip", "0,1,0,1"]);
     assert_ne!(cut, from_toml);
     assert_ne!(picture(&["sub/s.toml", "--background", "#102030"]), from_toml);
+    let matrix = |m: &str| picture(&["sub/s.toml", "--render.profile", "opengl", "--opengl.texture_matrix", m]);
+    let flat = matrix("0,1,0,0,1,0,0,0,0,0,1,0,0,0,0,1");
+    assert_eq!(flat, matrix("[[0,1,0,0],[1,0,0,0],[0,0,1,0],[0,0,0,1]]"));
+    assert_ne!(flat, matrix("1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1"));
 }
 
 #[test]
@@ -164,13 +168,13 @@ fn wrong_usage_ends_with_2() {
         (&["render", "--size=-1x3"], "--size -1x3: write"),
         (&["render", "--background", "pink"], "--background pink"),
         (&["render", "--background", "#12345"], "--background #12345"),
-        (&["render", "--background", "0,0,0,2"], "image background 2: outside [0,1]"),
+        (&["render", "--background", "0,0,0,2"], "--image.background 2: outside [0,1]"),
         (&["render", "--repeat", "0"], "invalid value '0'"),
         (&["render", "--threads", "0"], "invalid value '0'"),
         (&["render", "--tile", "0"], "invalid value '0'"),
         (&["render", "--simd", "mmx"], "--simd mmx: this machine has auto, scalar"),
         (&["render", "-o", "-", "--stats", "-"], "cannot both go to stdout"),
-        (&["render", "--count", "0"], "slices count 0: must lie between"),
+        (&["render", "--count", "0"], "--slices.count 0: must lie between"),
         (&["render", "--camera.zoom", "x"], "--camera.zoom: cannot read \"x\""),
         (&["render", "--fog.mode", "smog"], "invalid value 'smog'"),
         (&["render", "--preset", "bone"], "unknown \"bone\"; the nearest known one is"),

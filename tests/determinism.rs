@@ -15,6 +15,8 @@ fn settings_never_change_a_byte() {
         let sha = |threads: usize, tile: u32, level: Level| {
             let settings = Settings { threads: Some(threads), tile: Some(tile), level: Some(level), ..Settings::default() };
             let (picture, stats) = Renderer::new(&sample.volume, settings).render(&sample.scene).unwrap();
+            // The profile opengl has no vector code.
+            let level = if sample.scene.opengl().is_some() { Level::SCALAR } else { level };
             assert_eq!((stats.threads, stats.simd), (threads, level.name()));
             (picture.sha256(), stats.fragments)
         };
