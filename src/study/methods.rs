@@ -30,6 +30,13 @@ impl NamedMethod {
         Some(self.method.order() + u32::from(self.method.extrapolate))
     }
 
+    /// Whether it is a choice for pictures, and not there to be compared with: its error goes on falling, and at the order of its rule.
+    pub fn is_a_choice(&self) -> bool {
+        let m = &self.method;
+        let plain = Method { classification: Classification::Post, extrapolate: false, ..*m } == BASE;
+        plain && m.classification != Classification::Pre
+    }
+
     /// The method called `name`.
     ///
     /// # Errors
