@@ -105,6 +105,53 @@ fn a_framebuffer_of_8_bits_loses_a_thousand_thin_slices() {
     }
 }
 
+fn warnings(scene: &Scene) -> Vec<String> {
+    Renderer::new(&ramp(), Settings::default()).render(scene).unwrap().1.warnings
+}
+
+#[test]
+fn fog_that_lights_up_empty_slices_is_told() {
+    let ramp = || TransferFunction::new(vec![(0.0, [0.5; 3])], vec![(0.0, 0.0), (200.0, 0.3)]).unwrap();
+    let told = |color: [f64; 3], weighting, state: OpenGl| {
+        let fog = Fog::new(FogMode::Exp { density: 0.01 }, color).unwrap().with_weighting(weighting);
+        let lines = warnings(&gl(&scene(ramp(), 10).with_fog(Some(fog)), state, Target::F32));
+        lines.iter().filter(|l| l.contains("fog.weighting = \"alpha\"")).count()
+    };
+    let (gray, usual) = ([0.5; 3], OpenGl::default());
+    assert_eq!(told(gray, FogWeighting::Literal, usual), 1);
+    assert_eq!(told(gray, FogWeighting::Alpha, usual), 0);
+    assert_eq!(told([0.0; 3], FogWeighting::Literal, usual), 0, "black adds nothing");
+    assert_eq!(told(gray, FogWeighting::Literal, OpenGl::straight_separate()), 0);
+    let discards = OpenGl { alpha_test: Some(AlphaTest { compare: Compare::Greater, reference: 0.0 }), ..usual };
+    assert_eq!(told(gray, FogWeighting::Literal, discards), 0, "empty fragments are discarded");
+}
+
+#[test]
+fn a_framebuffer_that_is_no_premultiplied_picture_is_told() {
+    let transfer = || TransferFunction::new(vec![(0.0, [1.0, 0.8, 0.2])], vec![(0.0, 0.0), (200.0, 0.1)]).unwrap();
+    let clear = |state: OpenGl, target| {
+        let s = scene(transfer(), 20).with_background(Straight { rgb: [0.0; 3], alpha: 0.0 }).unwrap();
+        let s = gl(&s, state, target);
+        (render(&ramp(), &s), warnings(&s).into_iter().filter(|l| l.contains("no premultiplied picture")).collect::<Vec<_>>())
+    };
+    for target in [Target::F32, Target::Unorm8, Target::Unorm16] {
+        let (squared, lines) = clear(OpenGl::straight(), target);
+        assert_eq!(lines.len(), 1, "{target:?}");
+        assert!(lines[0].contains("opengl.blend_source_alpha = \"one\"") && lines[0].contains(".npy"), "{}", lines[0]);
+        let (separate, lines) = clear(OpenGl::straight_separate(), target);
+        assert!(lines.is_empty(), "{target:?}: {lines:?}");
+        assert!(separate.pixels().iter().all(|p| p[0] <= p[3] + 1e-6) && squared.pixels().iter().any(|p| p[0] > p[3] + 0.01));
+        // Alpha alone is another one.
+        assert!(separate.pixels().iter().zip(squared.pixels()).all(|(a, b)| a[..3] == b[..3]));
+        assert!(clear(OpenGl::default(), target).1.is_empty(), "{target:?}");
+    }
+    // Colours that an opaque background stays under.
+    let opaque = gl(&scene(transfer(), 20), OpenGl::straight_separate(), Target::Unorm8);
+    assert!(warnings(&opaque).is_empty());
+    let stats = Renderer::new(&ramp(), Settings::default()).render(&opaque).unwrap().1;
+    assert_eq!(stats.simd, "scalar");
+}
+
 #[test]
 fn literal_fog_on_straight_colours_is_weighted_fog_on_premultiplied_ones() {
     let transfer = TransferFunction::new(vec![(0.0, [0.1, 0.5, 0.9]), (200.0, [1.0, 0.2, 0.0])], vec![(0.0, 0.0), (200.0, 0.3)]).unwrap();

@@ -6,6 +6,8 @@ use slicestack::scene::{Key, KeyKind, Overrides, keys};
 
 const HEADING: &str = "Keys of the scene (each overrides the scene file)";
 
+const MATRIX: &str = "opengl.texture_matrix";
+
 /// Scene keys given as flags.
 #[derive(Debug, Clone, Default)]
 pub(super) struct SceneFlags(Vec<(&'static str, Vec<String>)>);
@@ -20,6 +22,7 @@ impl SceneFlags {
         for (path, values) in &self.0 {
             match values.as_slice() {
                 _ if *path == "clip" => overrides.set(*path, clip_list(values)),
+                [.., last] if *path == MATRIX => overrides.set(*path, matrix_rows(last)),
                 [.., last] => overrides.set(*path, last),
                 [] => {}
             }
@@ -48,6 +51,16 @@ fn clip_list(values: &[String]) -> String {
     format!("[{}]", values.iter().map(plane).collect::<Vec<_>>().join(", "))
 }
 
+/// Sixteen numbers, row by row, as the four rows that a scene file has; other text is taken as those rows themselves.
+fn matrix_rows(text: &str) -> String {
+    let numbers: Vec<&str> = text.split(',').collect();
+    if numbers.len() != 16 || text.contains('[') {
+        return text.to_owned();
+    }
+    let rows: Vec<String> = numbers.chunks(4).map(|row| format!("[{}]", row.join(","))).collect();
+    format!("[{}]", rows.join(","))
+}
+
 fn augment(command: Command, wanted: fn(&Key) -> bool) -> Command {
     keys().iter().filter(|k| wanted(k)).fold(command, |command, key| {
         let arg = Arg::new(key.path.as_str()).long(key.path.as_str()).help(key.about.as_str()).help_heading(HEADING);
@@ -58,6 +71,7 @@ fn augment(command: Command, wanted: fn(&Key) -> bool) -> Command {
             KeyKind::Text(words) => arg.value_name("WORD").value_parser(PossibleValuesParser::new(words.iter().map(String::as_str))),
             KeyKind::Scalar => arg.value_name("VALUE"),
             KeyKind::List if key.path == "clip" => arg.value_name("NX,NY,NZ,OFFSET"),
+            KeyKind::List if key.path == MATRIX => arg.value_name("16 NUMBERS"),
             KeyKind::List => arg.value_name("A,B,..."),
         })
     })

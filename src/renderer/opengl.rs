@@ -4,7 +4,7 @@ use super::frame::{Clock, background};
 use super::{RenderStats, Renderer, TILE, canvas, slice_count};
 use crate::opengl;
 use crate::proxy::Stack;
-use crate::scene::{Classification, OpenGl, Scene, Slicing};
+use crate::scene::{Classification, Equation, Factor, FogWeighting, OpenGl, Scene, Slicing, TableColors};
 use crate::target::Picture;
 use crate::{Error, Result};
 
@@ -66,6 +66,8 @@ impl Renderer<'_> {
         if non_finite > 0 {
             warnings.push(format!("{non_finite} of {} voxels are NaN or infinite: texels of 0", volume.grid().voxel_count()));
         }
+        warnings.extend(lit_up(scene, state));
+        warnings.extend(unlike_premultiplied(state, &pixels));
         let stats = RenderStats {
             prepare_seconds: clock.prepare_seconds,
             render_seconds: clock.start.elapsed().as_secs_f64() - clock.prepare_seconds,
@@ -74,7 +76,7 @@ impl Renderer<'_> {
             fragments,
             fetches: fragments,
             threads: rayon::current_num_threads(),
-            simd: self.level.name(),
+            simd: "scalar",
             left_out: opengl::left_out(scene, state),
             error_estimate: None,
             non_finite_voxels: non_finite,
@@ -82,4 +84,38 @@ impl Renderer<'_> {
         };
         Ok((Picture::new(width, height, pixels), stats))
     }
+}
+
+/// A warning where fog makes fragments of nothing visible.
+fn lit_up(scene: &Scene, state: &OpenGl) -> Option<String> {
+    let literal = scene.fog().is_some_and(|f| f.weighting() == FogWeighting::Literal && f.color().iter().any(|&c| c > 0.0));
+    let discarded = state.alpha_test.is_some_and(|t| !t.compare.passes(0.0, t.reference));
+    // Factors of 0 where a fragment's alpha is.
+    let times_alpha = !matches!(state.blend.equation, Equation::Min | Equation::Max)
+        && matches!(state.blend.source, Factor::Zero | Factor::SrcAlpha | Factor::SrcAlphaSaturate);
+    (literal && state.table_colors == TableColors::Premultiplied && !discarded && !times_alpha).then(|| {
+        "fog is literal on premultiplied colours: empty slices add the fog's colour to the picture; set fog.weighting = \"alpha\", or \
+         opengl.table_colors = \"straight\""
+            .to_owned()
+    })
+}
+
+/// A warning where what is in the framebuffer cannot be premultiplied colours.
+fn unlike_premultiplied(state: &OpenGl, pixels: &[[f32; 4]]) -> Option<String> {
+    // One step of 8 bits may come of rounding.
+    const STEP: f32 = 1.001 / 255.0;
+    let above = |&&[r, g, b, a]: &&[f32; 4]| r.max(g).max(b).min(1.0) > a + STEP;
+    let count = pixels.iter().filter(above).count();
+    let cure = if state.blend_alpha.source == Factor::SrcAlpha {
+        "set opengl.blend_source_alpha = \"one\", or write .npy"
+    } else {
+        "write .npy to keep them"
+    };
+    (count > 0).then(|| {
+        format!(
+            "the framebuffer is no premultiplied picture: colours are above alpha in {count} of {} pixels, and a PNG, which divides by \
+             alpha, shows other colours than glReadPixels; {cure}",
+            pixels.len()
+        )
+    })
 }

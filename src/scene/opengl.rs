@@ -163,6 +163,11 @@ impl Factor {
         Self::OneMinusConstantAlpha,
         Self::SrcAlphaSaturate,
     ];
+
+    /// Whether it is of the blend colour.
+    pub fn is_constant(self) -> bool {
+        matches!(self, Self::ConstantColor | Self::OneMinusConstantColor | Self::ConstantAlpha | Self::OneMinusConstantAlpha)
+    }
 }
 
 impl Equation {
@@ -286,7 +291,8 @@ impl Default for OpenGl {
 }
 
 impl OpenGl {
-    /// Straight colours with `GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA`.
+    /// Straight colours with `glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA)`, which multiplies alpha by itself: what is in the
+    /// framebuffer is no premultiplied picture. [`straight_separate`](Self::straight_separate) makes one.
     pub fn straight() -> Self {
         Self {
             table_colors: TableColors::Straight,
@@ -294,6 +300,12 @@ impl OpenGl {
             blend_alpha: BlendFunction::OVER_STRAIGHT,
             ..Self::default()
         }
+    }
+
+    /// Straight colours with `glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA)`: colours and
+    /// alpha both add up as those of over do. Scene files with straight colours get it unless they give factors.
+    pub fn straight_separate() -> Self {
+        Self { blend_alpha: BlendFunction::OVER, ..Self::straight() }
     }
 
     /// The same state with one blend function for all components.

@@ -256,6 +256,12 @@ impl Builder<'_> {
                 // Silence would hide a forgotten mode.
                 self.refuse(&[("fog.density", f.density.is_some())], "has no effect without fog.mode = \"exp\" or \"exp2\"")?;
                 self.refuse(&linear, "has no effect without fog.mode = \"linear\"")?;
+                // A mode of "none" switches off a fog that is described.
+                let looks =
+                    [("fog.color", f.color.is_some()), ("fog.distance", f.distance.is_some()), ("fog.weighting", f.weighting.is_some())];
+                if f.mode.is_none() {
+                    self.refuse(&looks, "has no effect without fog.mode")?;
+                }
                 return Ok(None);
             }
             FogModeKey::Linear => {

@@ -157,7 +157,7 @@ pub(super) struct SliceKeys {
 pub(super) struct FogKeys {
     /// How the fog factor falls with distance; none unless given.
     pub mode: Option<FogModeKey>,
-    /// exp and exp2: density per world unit.
+    /// exp and exp2: density per world unit; 1 unless given.
     pub density: Option<f64>,
     /// linear: distance at which fog begins; 0 unless given.
     pub start: Option<f64>,
@@ -168,7 +168,7 @@ pub(super) struct FogKeys {
     /// Distance along the view direction (planar, the default) or from the eye (radial).
     pub distance: Option<FogDistanceKey>,
     /// Fog weighted by opacity (alpha, the default) or as OpenGL writes it (literal, the default in the profile opengl), which lights
-    /// up empty slices.
+    /// up empty slices of premultiplied colours.
     pub weighting: Option<FogWeightingKey>,
     /// Whether the background is fogged too.
     pub background: Option<bool>,

@@ -27,11 +27,13 @@ pub(super) struct OpenGlKeys {
     pub wrap_s: Option<WrapKey>,
     /// The same along t (voxel axis y) alone.
     pub wrap_t: Option<WrapKey>,
-    /// The same along p (voxel axis z) alone.
+    /// The same along p (voxel axis z; OpenGL's r) alone.
     pub wrap_p: Option<WrapKey>,
     /// Red, green, blue, alpha of the border, each 0 to 1; of a texture of values the red is the value. Black and transparent unless given.
+    /// For the wrap mode clamp-to-border.
     pub border_color: Option<[f64; 4]>,
-    /// Four rows of four numbers, applied to (s,t,p,1); lookups are at (s/q, t/q, p/q). The identity unless given.
+    /// Four rows of four numbers, [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]], as a flag sixteen numbers row by row; applied to (s,t,p,1); lookups are at (s/q, t/q, p/q). The
+    /// identity unless given.
     pub texture_matrix: Option<[[f64; 4]; 4]>,
     /// Numbers of the table of 256 colours; unorm8 for fixed-point targets and f32 for a float one unless given.
     pub table: Option<FormatKey>,
@@ -59,11 +61,12 @@ pub(super) struct OpenGlKeys {
     pub blend_destination: Option<FactorKey>,
     /// The equation for alpha; that of colours unless given.
     pub blend_equation_alpha: Option<EquationKey>,
-    /// The fragment's factor for alpha; that of colours unless given.
+    /// The fragment's factor for alpha; that of colours unless given. A straight table without blend_source and blend_destination has
+    /// one, so that alpha is not multiplied by itself.
     pub blend_source_alpha: Option<FactorKey>,
     /// The framebuffer's factor for alpha; that of colours unless given.
     pub blend_destination_alpha: Option<FactorKey>,
-    /// Red, green, blue, alpha of the constant factors, each 0 to 1; 0 unless given.
+    /// Red, green, blue, alpha of the constant factors (constant-color and its like), each 0 to 1; 0 unless given.
     pub blend_color: Option<[f64; 4]>,
     /// Columns to the left, rows below, columns and rows of the rectangle that is drawn; all unless given.
     pub scissor: Option<[u32; 4]>,
@@ -159,24 +162,36 @@ impl Builder<'_> {
             self.refuse(&[("opengl.primary_color", k.primary_color.is_some())], why)?;
         }
         let straight = k.table_colors == Some(ColorsKey::Straight);
-        let usual = if straight { OpenGl::straight() } else { OpenGl::default() };
+        let usual = if straight { OpenGl::straight_separate() } else { OpenGl::default() };
         let blend = BlendFunction {
             equation: k.blend_equation.map_or(usual.blend.equation, Equation::from),
             source: k.blend_source.map_or(usual.blend.source, Factor::from),
             destination: k.blend_destination.map_or(usual.blend.destination, Factor::from),
         };
+        // Factors for colours are those of alpha too, as glBlendFunc has it; the usual ones know what each is for.
+        let given = k.blend_source.is_some() || k.blend_destination.is_some();
         let alpha = BlendFunction {
             equation: k.blend_equation_alpha.map_or(blend.equation, Equation::from),
-            source: k.blend_source_alpha.map_or(blend.source, Factor::from),
+            source: k.blend_source_alpha.map_or(if given { blend.source } else { usual.blend_alpha.source }, Factor::from),
             destination: k.blend_destination_alpha.map_or(blend.destination, Factor::from),
         };
+        let constant = [blend.source, blend.destination, alpha.source, alpha.destination].iter().any(|f| f.is_constant());
+        self.refuse(
+            &[("opengl.blend_color", k.blend_color.is_some() && !constant)],
+            "has no effect without a constant factor, such as opengl.blend_source = \"constant-color\"",
+        )?;
         let wrap = k.wrap.unwrap_or(WrapKey::ClampToEdge);
+        let wrap = [k.wrap_s, k.wrap_t, k.wrap_p].map(|own| own.unwrap_or(wrap));
+        self.refuse(
+            &[("opengl.border_color", k.border_color.is_some() && !wrap.contains(&WrapKey::ClampToBorder))],
+            "has no effect without opengl.wrap = \"clamp-to-border\"",
+        )?;
         let [r0, r1, r2, r3] = k.texture_matrix.map_or(DMat4::IDENTITY.transpose().to_cols_array_2d(), |rows| rows).map(DVec4::from_array);
         Ok(Some(OpenGl {
             texture: k.texture.map_or(usual.texture, TextureFormat::from),
             min_filter: k.min_filter.map(Filter::from),
             filter_arithmetic: if k.filter_arithmetic == Some(ArithmeticKey::Fixed) { Arithmetic::Fixed } else { Arithmetic::Float },
-            wrap: [k.wrap_s, k.wrap_t, k.wrap_p].map(|own| own.unwrap_or(wrap).into()),
+            wrap: wrap.map(Wrap::from),
             border: k.border_color.unwrap_or(usual.border),
             texture_matrix: DMat4::from_cols(r0, r1, r2, r3).transpose(),
             table: k.table.map(TextureFormat::from),

@@ -77,7 +77,11 @@ impl Places {
         let Error::Invalid(text) = &error else { return error };
         let mut words = text.split(|c: char| c.is_whitespace() || c == ':').filter(|w| !w.is_empty());
         let path = format!("{}.{}", words.next().unwrap_or_default(), words.next().unwrap_or_default());
-        self.placed(&path, text)
+        // A flag is named in its own spelling alone.
+        match (self.keys.get(&path), text.strip_prefix(&path.replacen('.', " ", 1))) {
+            (Some(Place::Flag), Some(rest)) => Error::invalid(format!("--{path}{rest}")),
+            _ => self.placed(&path, text),
+        }
     }
 
     fn placed(&self, path: &str, text: &str) -> Error {

@@ -205,9 +205,9 @@ fn flags_win_and_drop_what_they_exclude() {
     for (flags, want) in [
         (&[("camera.azimut", "1")][..], "--camera.azimut: unknown key; the nearest known one is camera.azimuth"),
         (&[("camera.zoom", "big")], "--camera.zoom: cannot read \"big\""),
-        (&[("camera.zoom", "-1")], "--camera.zoom: camera zoom -1: must be positive and finite"),
+        (&[("camera.zoom", "-1")], "--camera.zoom -1: must be positive and finite"),
         (&[("camera.zoom", "1\nazimuth = 3")], "--camera.zoom: cannot read"),
-        (&[("image.width", "0")], "--image.width: image width 0: must lie between 1 and 32768"),
+        (&[("image.width", "0")], "--image.width 0: must lie between 1 and 32768"),
         (&[("image.width", "1.5")], "--image.width: invalid type: floating point `1.5`, expected u32"),
         (&[("slices.order", "sideways")], "--slices.order: unknown variant `sideways`, expected `front-to-back` or `back-to-front`"),
         (&[("slices.count", "3"), ("slices.spacing", "1")], "--slices.count: slices.spacing or slices.tolerance is given too"),
@@ -318,6 +318,9 @@ fn bad_scenes_say_what_is_wrong_and_where() {
         ("[slices]\ntolerance = 0", "line 4: slices tolerance 0"),
         ("[slices]\nterminate = 1", "line 4: slices terminate 1"),
         ("[fog]\ndensity = 2", "line 4: fog.density: has no effect without fog.mode"),
+        ("[fog]\ncolor = [1, 1, 1]", "line 4: fog.color: has no effect without fog.mode"),
+        ("[fog]\ndistance = \"radial\"", "line 4: fog.distance: has no effect without fog.mode"),
+        ("[fog]\nweighting = \"alpha\"", "line 4: fog.weighting: has no effect without fog.mode"),
         ("[fog]\nmode = \"exp\"\nstart = 2", "line 5: fog.start: belongs to the mode linear"),
         ("[fog]\nmode = \"linear\"\ndensity = 2", "line 5: fog.density: belongs to the modes exp"),
         ("[fog]\nmode = \"exp\"\ndensity = -2", "line 5: fog density -2"),
@@ -333,7 +336,9 @@ fn bad_scenes_say_what_is_wrong_and_where() {
         ("[opengl]\nalpha_test = \"greater\"\nalpha_reference = 2", "line 7: opengl alpha_reference 2: outside [0,1]"),
         ("[opengl]\nalpha_reference = 0.5", "line 6: opengl.alpha_reference: has no effect without opengl.alpha_test"),
         ("[opengl]\nprimary_color = [1, 1, 1, 0.5]", "line 6: opengl.primary_color: is for opengl.environment"),
-        ("[opengl]\nborder_color = [1, 1, 1, 7]", "line 6: opengl border_color 7: outside [0,1]"),
+        ("[opengl]\nborder_color = [1, 1, 1, 7]\nwrap = \"clamp-to-border\"", "line 6: opengl border_color 7: outside [0,1]"),
+        ("[opengl]\nborder_color = [1, 1, 1, 1]\nwrap_s = \"repeat\"", "line 6: opengl.border_color: has no effect without opengl.wrap"),
+        ("[opengl]\nblend_color = [1, 1, 1, 1]\nblend_source = \"one\"", "line 6: opengl.blend_color: has no effect without a constant"),
         ("[opengl]\ntexture_matrix = [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,0]]", "line 6: opengl texture_matrix: singular"),
         ("[opengl]\ntexture_matrix = [[1,0],[0,1]]", "line 6: opengl.texture_matrix"),
         ("[opengl]\nscissor = [0, 0, -1, 5]", "line 6: opengl.scissor"),
@@ -401,7 +406,16 @@ fn every_key_of_opengl_arrives() {
     assert_eq!(plain.opengl(), Some(&OpenGl::default()));
     assert_eq!((plain.method().target, plain.order()), (Target::Unorm8, Order::BackToFront));
     assert_eq!(plain.fog().map(Fog::weighting), Some(FogWeighting::Literal));
-    assert_eq!(scene("[render]\nprofile = \"opengl\"\n[opengl]\ntable_colors = \"straight\"\n").opengl(), Some(&OpenGl::straight()));
+    let straight = |keys: &str| {
+        let s = scene(&format!("[render]\nprofile = \"opengl\"\n[opengl]\ntable_colors = \"straight\"\n{keys}\n"));
+        *s.opengl().expect("the profile")
+    };
+    assert_eq!(straight(""), OpenGl::straight_separate());
+    assert_eq!(straight("").blend_alpha, BlendFunction::OVER);
+    // A factor that is given is alpha's too, unless alpha has its own.
+    assert_eq!(straight("blend_source = \"src-alpha\""), OpenGl::straight());
+    assert_eq!(straight("blend_source_alpha = \"src-alpha\""), OpenGl::straight());
+    assert_eq!(straight("blend_source = \"src-alpha\"\nblend_source_alpha = \"one\""), OpenGl::straight_separate());
 
     let all = scene(
         r#"
