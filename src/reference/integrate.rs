@@ -61,7 +61,7 @@ impl<'a> Integrator<'a> {
     /// weighting: it adds the fog's colour once a slice, which has no limit as slices become many.
     pub fn new(scene: &Scene, volume: &'a Volume) -> Result<Self> {
         if scene.blend() != Blend::Over {
-            return Err(Error::invalid(format!("the reference integrates blend mode over, not {:?}", scene.blend())));
+            return Err(Error::invalid("render blend: there is a reference for \"over\" alone, projections have none"));
         }
         let fog = scene.fog().copied();
         if fog.is_some_and(|f| f.weighting() == FogWeighting::Literal) {

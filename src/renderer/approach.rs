@@ -27,11 +27,12 @@ impl Renderer<'_> {
         };
         let mut done = self.frame(shot, count, terminate, None, pixels)?;
         if method.extrapolate {
-            let mut coarse = pixels.clone();
+            let before = pixels.clone();
+            let mut coarse = before.clone();
             done.add(&self.frame(shot, finer(count)?, terminate, None, pixels)?);
             extrapolate(&mut coarse, pixels, method);
-            // The finer of the two has the larger error, as a rule.
-            let error = self.settings.estimate.then(|| rms(&coarse, pixels));
+            // On real data the series is not smooth, and what is extrapolated may be no better than the pictures it came from.
+            let error = self.settings.estimate.then(|| rms(&before, pixels));
             *pixels = coarse;
             return Ok((done, error));
         }
@@ -81,7 +82,9 @@ impl Renderer<'_> {
         let first = refine::first_count(depth, grid.smallest_spacing());
         let terminate = refine::terminate(shot.scene.terminate(), tolerance);
         let (width, height) = (shot.view.width as usize, shot.view.height as usize);
-        let first_order = crate::plan::method(shot.scene).order() == 1;
+        // Values that are projected are no sums over slabs: their errors fall with the slices' number at best.
+        let values = !matches!(shot.scene.blend(), Blend::Over | Blend::Add);
+        let first_order = values || crate::plan::method(shot.scene).order() == 1;
         let parts = std::cell::RefCell::new((self, shot, None::<Finished>));
         let render = |count: u64, blocks: Option<&BlockMask>, pixels: &mut Vec<[f32; 4]>| {
             let (renderer, shot, done) = &mut *parts.borrow_mut();

@@ -30,8 +30,11 @@ pub(super) struct TransferData {
     table: Arc<LookupTable>,
     /// A table over values on their own, beside one over pairs.
     fine: Option<Arc<LookupTable>>,
-    occupancy: Occupancy,
+    occupancy: Arc<Occupancy>,
 }
+
+/// Tables for so many thicknesses of slabs are kept.
+const KEPT: usize = 8;
 
 /// A picture in the making: what frames of it share.
 pub(super) struct Shot<'s, W> {
@@ -63,11 +66,15 @@ impl Renderer<'_> {
             let method = plan::method(scene);
             let slab = Slab { ratio, form: method.slab };
             let pairs = method.is_pre_integrated();
-            let kept = self.transfer_data.take().filter(|t| t.transfer == *scene.transfer());
-            self.transfer_data.insert(match kept {
-                Some(kept) if kept.slab == slab && kept.pairs == pairs => kept,
-                kept => prepare_transfer(scene.transfer(), (slab, pairs), volume, bricks, kept),
-            })
+            let list = &mut self.transfer_data;
+            list.retain(|t| t.transfer == *scene.transfer());
+            let at = list.iter().position(|t| t.slab == slab && t.pairs == pairs).unwrap_or_else(|| {
+                list.push(prepare_transfer(scene.transfer(), (slab, pairs), volume, bricks, list));
+                list.len() - 1
+            });
+            list[..=at].rotate_right(1);
+            list.truncate(KEPT);
+            &list[0]
         });
         let (mut frame, split) = make_frame(scene, volume, packed.as_ref(), scaling, transfer_data, terminate);
         let needs = Needs::new(scene, &stack, bricks, (split, frame.fine.is_some()), terminate);
@@ -78,7 +85,7 @@ impl Renderer<'_> {
             stack: &stack,
             fog: scene.fog().filter(|_| needs.fog.is_some()),
             order: needs.order,
-            occupancy: needs.skip.then_some(&transfer_data.occupancy),
+            occupancy: needs.skip.then_some(&*transfer_data.occupancy),
             span: stages.span,
             whole: stages.whole,
             partial: stages.partial,
@@ -181,7 +188,7 @@ fn prepare_transfer(
     (slab, pairs): (Slab, bool),
     volume: &Volume,
     bricks: &Bricks,
-    kept: Option<TransferData>,
+    kept: &[TransferData],
 ) -> TransferData {
     let (slope, intercept) = volume.rescale();
     let value = |stored: f64| stored * slope + intercept;
@@ -192,12 +199,12 @@ fn prepare_transfer(
     let classes = Classes::new(transfer, range, slab, pairs);
     let table = Arc::new(classes.table(transfer, slab));
     let fine = classes.fine().map(|layout| Arc::new(layout.table(transfer, slab)));
-    let occupancy = match kept.filter(|k| k.classes == classes) {
-        Some(kept) => kept.occupancy,
-        None => Occupancy::new(bricks, volume.grid().dims(), |lo, hi| {
+    let occupancy = match kept.iter().find(|k| k.classes == classes) {
+        Some(kept) => kept.occupancy.clone(),
+        None => Arc::new(Occupancy::new(bricks, volume.grid().dims(), |lo, hi| {
             let (lo, hi) = sorted(lo, hi);
             classes.opaque_within(lo, hi)
-        }),
+        })),
     };
     TransferData { transfer: transfer.clone(), slab, pairs, classes, table, fine, occupancy }
 }

@@ -60,7 +60,8 @@ pub struct Renderer<'v> {
     level: Level,
     pool: Option<ThreadPool>,
     volume_data: Option<VolumeData>,
-    transfer_data: Option<TransferData>,
+    /// Latest first: a picture to a tolerance takes several thicknesses of slabs.
+    transfer_data: Vec<TransferData>,
     /// The profile opengl's texture, and what it was made for.
     texture: Option<(TextureKey, Texture)>,
 }
@@ -75,7 +76,7 @@ impl<'v> Renderer<'v> {
     /// A renderer for `volume`.
     pub fn new(volume: &'v Volume, settings: Settings) -> Self {
         let level = settings.level.unwrap_or_else(Level::best);
-        Self { volume, settings, level, pool: None, volume_data: None, transfer_data: None, texture: None }
+        Self { volume, settings, level, pool: None, volume_data: None, transfer_data: Vec::new(), texture: None }
     }
 
     /// One picture of `scene`, and what it cost.

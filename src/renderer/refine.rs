@@ -87,6 +87,7 @@ pub(crate) fn refine(
     let mut blocks = Blocks {
         level: vec![1; mask.len()],
         difference: differences(&coarse, pixels, &mask),
+        most_order: if first_order { 1.0 } else { 1.9 },
         stalled: vec![0; mask.len()],
         factor: vec![1.0, if first_order { 1.0 } else { FIRST_FACTOR }],
     };
@@ -131,6 +132,8 @@ struct Blocks {
     level: Vec<u32>,
     /// Sum of squared differences to the level before.
     difference: Vec<f64>,
+    /// The order that a method can have at most, a little less.
+    most_order: f64,
     /// Levels in a row that a block gained nothing from.
     stalled: Vec<u8>,
     /// Squared error at a level over the squared difference to the level before.
@@ -175,7 +178,7 @@ impl Blocks {
         let before: f64 = group.iter().map(|&b| self.difference[b]).sum();
         let after: f64 = group.iter().map(|&b| differences[b]).sum();
         // Squared differences fall by 4^p from level to level.
-        let order = (0.5 * libm::log2(before / after.max(1e-300))).clamp(1.0, 1.9);
+        let order = (0.5 * libm::log2(before / after.max(1e-300))).clamp(1.0, self.most_order);
         let step = libm::exp2(order) - 1.0;
         let factor = 1.0 / (step * step);
         let next = level as usize + 1;

@@ -3,7 +3,6 @@
 use super::methods::NamedMethod;
 use super::record::{Advice, Point, PreIntegration, SlicesFor};
 use crate::proxy::Stack;
-use crate::scene::Accumulation;
 use crate::{Result, Scene, Volume};
 
 /// Errors that methods are recommended for.
@@ -14,6 +13,8 @@ const FLOOR: f64 = 3e-6;
 const STILL_FALLS: f64 = 1.3;
 /// Times the least error within which a method that came to rest is taken to be there.
 const RESTING: f64 = 2.0;
+/// Part of the default's time that another method must stay below to be recommended.
+const WORTH: f64 = 0.9;
 /// Points that a slope is fitted to at most: the finest.
 const FITTED: usize = 4;
 
@@ -50,9 +51,13 @@ pub(super) fn advice(methods: &[&NamedMethod], points: &[Point]) -> Vec<Advice> 
         fit.min_by(|a, b| a.seconds.total_cmp(&b.seconds))
     };
     let row = |&error: &f64| {
-        // The two ways to add up very many slices are the default's own.
-        let best = cheapest(error, &|m| m.other_limit.is_none() && m.first < Accumulation::MANY);
         let default = cheapest(error, &|m| m.name == "midpoint");
+        // A hair is not worth another method.
+        let best = cheapest(error, &NamedMethod::is_a_choice);
+        let best = match (best, default) {
+            (Some(best), Some(default)) if best.seconds > WORTH * default.seconds => Some(default),
+            (best, _) => best,
+        };
         Advice {
             error,
             method: best.map(|p| p.method.clone()),

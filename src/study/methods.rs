@@ -30,14 +30,26 @@ impl NamedMethod {
         Some(self.method.order() + u32::from(self.method.extrapolate))
     }
 
+    /// Whether it is a choice for pictures, and not there to be compared with: its error goes on falling, and at the order of its rule.
+    pub fn is_a_choice(&self) -> bool {
+        let m = &self.method;
+        let plain = Method { classification: Classification::Post, extrapolate: false, ..*m } == BASE;
+        plain && m.classification != Classification::Pre
+    }
+
     /// The method called `name`.
     ///
     /// # Errors
     /// [`Error::Invalid`] that tells the nearest name.
     pub fn named(name: &str) -> Result<&'static Self> {
         METHODS.iter().find(|m| m.name == name).ok_or_else(|| {
-            let nearest = METHODS.iter().min_by_key(|m| distance(name, m.name)).map_or("", |m| m.name);
-            Error::invalid(format!("method \"{name}\" is not known: did you mean \"{nearest}\"?"))
+            let nearest = METHODS.iter().map(|m| (strsim::levenshtein(name, m.name), m.name)).min();
+            // A guess that keeps less than half of the letters helps nobody.
+            let hint = match nearest.filter(|n| 2 * n.0 <= n.1.len()) {
+                Some((_, nearest)) => format!("did you mean \"{nearest}\"?"),
+                None => format!("there are {}", METHODS.iter().map(|m| m.name).collect::<Vec<_>>().join(", ")),
+            };
+            Error::invalid(format!("method \"{name}\" is not known: {hint}"))
         })
     }
 }
@@ -147,22 +159,6 @@ pub const METHODS: &[NamedMethod] = &[
     },
 ];
 
-/// Letters to insert, drop or change to come from `a` to `b` (Levenshtein).
-fn distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.chars().enumerate() {
-        let mut corner = i;
-        row[0] = i + 1;
-        for (j, y) in b.iter().enumerate() {
-            let change = corner + usize::from(x != *y);
-            corner = row[j + 1];
-            row[j + 1] = change.min(corner + 1).min(row[j] + 1);
-        }
-    }
-    row[b.len()]
-}
-
 #[cfg(test)]
 #[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
@@ -176,7 +172,7 @@ mod tests {
         }
         let said = NamedMethod::named("pre-intergated").unwrap_err().to_string();
         assert!(said.contains("\"pre-integrated\""), "{said}");
-        assert_eq!((distance("kitten", "sitting"), distance("", "abc"), distance("abc", "abc")), (3, 3, 0));
+        assert!(NamedMethod::named("foo").unwrap_err().to_string().contains("there are midpoint, "));
     }
 
     #[test]

@@ -75,6 +75,9 @@ pub fn study(volume: &Volume, scene: &Scene, options: &Options) -> Result<Study>
     if !(options.budget > 0.0 && options.budget.is_finite()) {
         return Err(Error::invalid(format!("budget {}: must be a positive number of seconds", options.budget)));
     }
+    if scene.opengl().is_some() {
+        return Err(Error::invalid("render profile opengl: a report is for the profile accurate, whose pictures have a limit"));
+    }
     if options.methods.is_empty() {
         return Err(Error::invalid("no methods to compare"));
     }

@@ -164,7 +164,7 @@ fn html(record: &Record, plots: &[(&str, Plot, String)], pictures: &[Shown]) -> 
     let figure = |name: &str| plots.iter().find(|p| p.0 == name).map_or(String::new(), |p| p.1.figure(&escape(&p.2)));
     let mut body = format!("<h1>What error costs: {}</h1>\n", escape(&s.name));
     body += &format!(
-        "<p>{} x {} x {} voxels ({}), a picture of {} x {} pixels, {} threads, {}. The scene asks for {} slices.</p>\n",
+        "<p>{} x {} x {} voxels ({}), a picture of {} x {} pixels, {} threads, {}. Single pictures are shown in {} slices.</p>\n",
         s.dimensions[0], s.dimensions[1], s.dimensions[2], s.voxel_type, s.image[0], s.image[1], s.threads, s.simd, s.slices
     );
     body += "<h2>Which method for which error</h2>\n";
