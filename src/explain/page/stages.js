@@ -350,7 +350,7 @@ function blendPanel(place) {
     else parts.push(formula([`colour = colour + T \u00b7 C = ${list(was.sum, 4)} + ${num(was.t, 5)} \u00b7 ${list(C, 4)} = ${list(pixel.sum[i], 5)}`, "of this slab's light, the share T gets past what lies before it"], [`T = T \u00b7 (1 \u2212 A) = ${num(was.t, 5)} \u00b7 ${num(1 - A, 5)} = ${num(pixel.transmittance[i], 6)}`, "what is left for the slabs behind it"]));
   }
   if (scene.method.target === "unorm8") parts.push(para("This scene blends in 8 bits: after every slice colour and transmittance are rounded to multiples of 1/255, so a contribution under half of that vanishes."));
-  parts.push(text("h3", "The pixel's whole journey"), journeyPlot(pixel, place));
+  parts.push(text("h3", "The pixel's whole journey"), whole || pixel.slice.length ? journeyPlot(pixel, place) : null);
   const rows = [];
   pixel.slice.forEach((k, n) => {
     const was = before(pixel, pixel.start, n), here = k === place.k;
@@ -360,7 +360,8 @@ function blendPanel(place) {
     rows.push({ kind: here ? "here" : weight > 0.01 ? "" : "minor", cells: [String(k), num(toData(pixel.value[n])), [swatch(straightOf(pixel.color[n], pixel.alpha[n])), num(pixel.alpha[n], 4)], num(was.t, 4), ...pixel.sum[n].map((x) => num(x, 4)), num(pixel.transmittance[n], 4)] });
   });
   if (rows.length) parts.push(para(`Slices that show something here, in the order they were blended:`), table(["slice", "value", "colour, A", "T before", "red", "green", "blue", "T after"], rows, { tall: true }));
-  else parts.push(note("", "No recorded slice shows anything in this pixel: it keeps what it starts from."));
+  else if (whole) parts.push(note("", "No recorded slice shows anything in this pixel: it keeps what it starts from."));
+  else parts.push(note("", `None of the slices on this page, ${record.slices[0]} to ${record.slices[1] - 1} of 0 to ${stack.count - 1}, shows anything in this pixel. What the others gave it is in its result:`));
   const bg = scene.background, T = pixel.gathered[3];
   parts.push(formula([`pixel = colour + T \u00b7 background = ${list(pixel.gathered.slice(0, 3), 6)} + ${num(T, 5)} \u00b7 ${list(bg.slice(0, 3).map((c) => c * bg[3]), 4)} = ${list(pixel.picture.slice(0, 3), 6)}`, `opacity = 1 \u2212 T \u00b7 (1 \u2212 ${num(bg[3])}) = ${num(pixel.picture[3], 6)}; these are the picture's own numbers`]));
   parts.push(...orderParts(pixel), ...stopParts(pixel), ...stiffParts(place));
