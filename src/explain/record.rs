@@ -45,6 +45,7 @@ pub(super) struct PixelRecord {
     pub(super) ends: [f32; 2],
     /// Length of the ray per unit of depth.
     pub(super) slant: f32,
+    /// What it had gathered before the first slice recorded: colour, transmittance.
     pub(super) start: [f32; 4],
     pub(super) gathered: [f32; 4],
     /// Runs of slices passed over: from, up to but without, and whether it was because the block was finished.

@@ -77,6 +77,8 @@ function show(pictureToo) {
   byId("strip").replaceChildren(strip(place));
   byId("fragment").replaceChildren(...fragmentList(place));
   if (pictureToo) drawPicture(place);
+  const aside = document.querySelector("aside");
+  aside.style.setProperty("--rest", Math.min(8, window.innerHeight - aside.offsetHeight - 8) + "px");
   panels.forEach((p, n) => p.node.classList.toggle("shown", n === state.step));
   [...byId("tabs").children].forEach((b, n) => (n === state.step ? b.setAttribute("aria-current", "step") : b.removeAttribute("aria-current")));
   fill(panels[state.step], place);
