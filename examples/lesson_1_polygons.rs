@@ -49,6 +49,13 @@ pub(crate) fn run(out: &Path) -> Result<()> {
     Picture::from_pixels(SIDE, SIDE, map.pixels().iter().map(channels).collect())?.save(out, Depth::Eight)
 }
 
-fn main() -> Result<()> {
-    run(&std::env::args_os().nth(1).map_or_else(|| "polygons.png".into(), PathBuf::from))
+fn main() -> std::process::ExitCode {
+    let done = run(&std::env::args_os().nth(1).map_or_else(|| "polygons.png".into(), PathBuf::from));
+    match done {
+        Ok(()) => std::process::ExitCode::SUCCESS,
+        Err(e) => {
+            eprintln!("error: {e}");
+            std::process::ExitCode::FAILURE
+        }
+    }
 }

@@ -64,6 +64,13 @@ fn magnified(polygon: &SlicePolygon) -> Vec<[f32; 4]> {
     (0..SIDE * SCALE * SIDE * SCALE).map(draw).collect()
 }
 
-fn main() -> Result<()> {
-    run(&std::env::args_os().nth(1).map_or_else(|| "coverage.png".into(), PathBuf::from))
+fn main() -> std::process::ExitCode {
+    let done = run(&std::env::args_os().nth(1).map_or_else(|| "coverage.png".into(), PathBuf::from));
+    match done {
+        Ok(()) => std::process::ExitCode::SUCCESS,
+        Err(e) => {
+            eprintln!("error: {e}");
+            std::process::ExitCode::FAILURE
+        }
+    }
 }

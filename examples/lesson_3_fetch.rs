@@ -50,6 +50,13 @@ pub(crate) fn run(out: &Path) -> Result<()> {
     Picture::from_pixels(2 * SIDE, SIDE, (0..2 * SIDE * SIDE).map(pixel).collect())?.save(out, Depth::Eight)
 }
 
-fn main() -> Result<()> {
-    run(&std::env::args_os().nth(1).map_or_else(|| "fetch.png".into(), PathBuf::from))
+fn main() -> std::process::ExitCode {
+    let done = run(&std::env::args_os().nth(1).map_or_else(|| "fetch.png".into(), PathBuf::from));
+    match done {
+        Ok(()) => std::process::ExitCode::SUCCESS,
+        Err(e) => {
+            eprintln!("error: {e}");
+            std::process::ExitCode::FAILURE
+        }
+    }
 }

@@ -59,6 +59,13 @@ pub(crate) fn run(out: &Path) -> Result<()> {
     Picture::from_pixels(WIDTH, height, (0..WIDTH * height).map(pixel).collect())?.save(out, Depth::Eight)
 }
 
-fn main() -> Result<()> {
-    run(&std::env::args_os().nth(1).map_or_else(|| "opacity.png".into(), PathBuf::from))
+fn main() -> std::process::ExitCode {
+    let done = run(&std::env::args_os().nth(1).map_or_else(|| "opacity.png".into(), PathBuf::from));
+    match done {
+        Ok(()) => std::process::ExitCode::SUCCESS,
+        Err(e) => {
+            eprintln!("error: {e}");
+            std::process::ExitCode::FAILURE
+        }
+    }
 }

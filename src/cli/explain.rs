@@ -176,7 +176,15 @@ fn pixel(text: &str) -> Result<(u32, u32)> {
 fn slices(text: &str) -> Result<Range<u64>> {
     let parts = text.split_once("..").map(|(a, b)| (a.trim().parse(), b.trim().parse()));
     match parts {
-        Some((Ok(start), Ok(end))) => Ok(start..end),
+        Some((Ok(start), Ok(end))) if start < end => Ok(start..end),
+        Some((Ok(start), Ok(end))) => {
+            let what = if start == end { "empty" } else { "reversed" };
+            bail!(Usage(format!(
+                "--slices {text}: the range is {what}; it runs from A up to but without B, such as {}..{}",
+                start.min(end),
+                start.max(end).saturating_add(1)
+            )))
+        }
         _ => bail!(Usage(format!("--slices {text}: write FROM..TO, such as 100..140"))),
     }
 }

@@ -77,7 +77,13 @@ pub(super) fn through(stack: &Stack, (x, y): (u32, u32)) -> Option<[f64; 2]> {
 /// The slices of the page.
 pub(super) fn shown(asked: Option<Range<u64>>, count: u64, worth: Option<Worth>, notes: &mut Vec<String>) -> Result<Range<u64>> {
     if let Some(Range { start, end }) = asked {
-        if start >= end || end > count {
+        if start >= end {
+            let what = if start == end { "empty" } else { "reversed" };
+            return Err(Error::invalid(format!(
+                "slices {start}..{end}: the range is {what}; it runs from the first number up to but without the second"
+            )));
+        }
+        if end > count {
             return Err(Error::invalid(format!("slices {start}..{end}: the stack has {count} slices, 0..{count}")));
         }
         if end - start > MAX_SLICES {

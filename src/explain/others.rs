@@ -13,15 +13,22 @@ pub(super) fn example_fog(stack: &Stack) -> Result<Fog> {
     Fog::new(FogMode::Linear { start: stack.near, end }, [0.62, 0.7, 0.8])
 }
 
+/// The fog of the comparisons: the scene's, or the example where it has none. In black, which hides what they show, the example's colour.
+fn compared(scene: &Scene, stack: &Stack) -> Result<Fog> {
+    let example = example_fog(stack)?;
+    match scene.fog() {
+        Some(fog) if fog.color() == [0.0; 3] => Ok(Fog::new(fog.mode(), example.color())?.with_distance(fog.distance())),
+        Some(fog) => Ok(*fog),
+        None => Ok(example),
+    }
+}
+
 /// Other scenes to record the same pixels of: name, what is different, scene.
 pub(super) fn others(scene: &Scene, stack: &Stack) -> Result<Vec<(&'static str, String, Scene)>> {
     if scene.blend() != Blend::Over {
         return Ok(Vec::new());
     }
-    let fog = match scene.fog() {
-        Some(fog) => *fog,
-        None => example_fog(stack)?,
-    };
+    let fog = compared(scene, stack)?;
     let fogged = |weighting| scene.clone().with_fog(Some(fog.with_weighting(weighting)));
     let to_the_end = scene.clone().with_order(Order::FrontToBack).with_terminate(0.0)?;
     let mut list = vec![
@@ -45,10 +52,7 @@ pub(super) fn fogged_pictures(renderer: &mut Renderer<'_>, scene: &Scene, stack:
     let (width, height) = scene.size();
     let shrink = f64::from(SMALL) / f64::from(width.max(height).max(SMALL));
     let side = |n: u32| ((f64::from(n) * shrink) as u32).max(1);
-    let fog = match scene.fog() {
-        Some(fog) => *fog,
-        None => example_fog(stack)?,
-    };
+    let fog = compared(scene, stack)?;
     // Light without opacity, which literal fog leaves in empty slices, shows over an opaque background alone.
     let background = Straight { alpha: 1.0, ..scene.background() };
     // As many slices as the small picture has use for.

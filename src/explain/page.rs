@@ -78,6 +78,9 @@ pub(super) fn page(explanation: &Explanation) -> Result<String> {
     if let Some([weighted, literal]) = &explanation.fogs {
         pictures.insert("weighted".into(), picture_uri(weighted)?.into());
         pictures.insert("literal".into(), picture_uri(literal)?.into());
+        // What rounds to more than 1 in eight bits.
+        let clipped = literal.pixels().iter().any(|p| p[..3].iter().any(|&c| c > 1.0 + 0.5 / 255.0));
+        pictures.insert("clipped".into(), clipped.into());
     }
     let pictures = inert(&serde_json::Value::Object(pictures).to_string());
     let record = inert(&explanation.json()?);

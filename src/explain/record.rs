@@ -45,6 +45,7 @@ pub(super) struct PixelRecord {
     pub(super) ends: [f32; 2],
     /// Length of the ray per unit of depth.
     pub(super) slant: f32,
+    /// What it had gathered before the first slice recorded: colour, transmittance.
     pub(super) start: [f32; 4],
     pub(super) gathered: [f32; 4],
     /// Runs of slices passed over: from, up to but without, and whether it was because the block was finished.
@@ -85,6 +86,8 @@ pub(super) struct PixelRecord {
 /// A pixel rendered in another way, by the same pipeline.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(super) struct Twin {
+    /// What it had gathered before the first slice recorded: colour, transmittance.
+    pub(super) start: [f32; 4],
     pub(super) slice: Vec<u64>,
     pub(super) covered: Vec<bool>,
     pub(super) color: Vec<[f32; 3]>,
@@ -101,6 +104,7 @@ impl Twin {
     pub(super) fn new(journey: &Journey, closed: bool) -> Self {
         let after = || journey.steps.iter().map(Step::after);
         Self {
+            start: start_of(journey),
             slice: journey.steps.iter().map(|s| s.slice).collect(),
             covered: after().map(|s| s.covered).collect(),
             color: after().map(|s| s.color).collect(),
@@ -111,6 +115,11 @@ impl Twin {
             closed: closed.then_some(journey.closed),
         }
     }
+}
+
+/// What a pixel had gathered before the first slice recorded; what it starts from where none is.
+fn start_of(journey: &Journey) -> [f32; 4] {
+    journey.steps.first().map_or(journey.start, Step::gathered_before)
 }
 
 /// What all pixels of a record share.
@@ -288,7 +297,7 @@ impl PixelRecord {
         record.span = journey.span;
         record.ends = journey.ends;
         record.slant = journey.slant;
-        record.start = journey.start;
+        record.start = start_of(journey);
         record.gathered = journey.gathered;
         record.skipped = journey.skipped.iter().map(|&Skipped { from, to, finished }| (from, to, finished)).collect();
         let (scale, offset) = context.scale();

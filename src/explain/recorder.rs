@@ -98,6 +98,12 @@ pub(super) struct Step {
 }
 
 impl Step {
+    /// What the pixel had gathered before: colour, transmittance.
+    pub(super) fn gathered_before(&self) -> [f32; 4] {
+        let [r, g, b] = self.before.sum;
+        [r, g, b, self.before.transmittance]
+    }
+
     /// After the last stage.
     pub(super) fn after(&self) -> &Snapshot {
         self.stages.last().map_or(&self.before, |(_, s)| s)

@@ -13,7 +13,7 @@ function whyNothing(pixel, k) {
   const run = pixel.skipped.find((s) => k >= s[0] && k < s[1]);
   if (run && run[2]) return `Slice ${k} was passed over: every pixel of the block was finished, no light gets through any more.`;
   if (run) return `Slices ${run[0]} to ${run[1] - 1} were passed over in one go: the transfer function shows nothing in the bricks of the volume that they cross here (A = 0).`;
-  return `Slice ${k} is not in the record of this pixel.`;
+  return `Slice ${k} is not in the record of this pixel; the page holds slices ${record.slices[0]} to ${last}.`;
 }
 
 function placeNow() {
@@ -77,6 +77,8 @@ function show(pictureToo) {
   byId("strip").replaceChildren(strip(place));
   byId("fragment").replaceChildren(...fragmentList(place));
   if (pictureToo) drawPicture(place);
+  const aside = document.querySelector("aside");
+  aside.style.setProperty("--rest", Math.min(8, window.innerHeight - aside.offsetHeight - 8) + "px");
   panels.forEach((p, n) => p.node.classList.toggle("shown", n === state.step));
   [...byId("tabs").children].forEach((b, n) => (n === state.step ? b.setAttribute("aria-current", "step") : b.removeAttribute("aria-current")));
   fill(panels[state.step], place);
@@ -112,7 +114,9 @@ function heaviest(pixel) {
     const was = before(pixel, pixel.start, i), taken = scene.blend === "over" ? Math.abs(was.t - pixel.transmittance[i]) : scene.blend === "iso" || scene.blend === "lmip" ? was.t - pixel.transmittance[i] : Math.abs(toData(pixel.value[i]));
     if (pixel.covered[i] && taken > most) [best, most] = [k, taken];
   });
-  return best ?? (pixel.span ? pixel.span[0] : Math.floor((record.slices[0] + last) / 2));
+  // Of part of a stack the first slice says why nothing was recorded.
+  if (best !== null || !whole) return best ?? record.slices[0];
+  return pixel.span ? pixel.span[0] : Math.floor(last / 2);
 }
 
 function begin() {

@@ -41,7 +41,8 @@ function slicesPanel(place) {
   if (!slice) return [...parts, para("The piece at hand lies behind the last plane: from its value to that where the ray leaves the box.")];
   parts.push(formula([`d = ${num(stack.near)} + (${k} + \u00bd) \u00b7 ${num(stack.spacing)} = ${num(slice.depth, 6)}`, `plane ${k} stands in the middle of its slab, which reaches from ${num(slice.depth - stack.spacing / 2, 6)} to ${num(slice.depth + stack.spacing / 2, 6)}`]));
   if (!slice.vertices.length) return [...parts, note("", "The clip planes leave nothing of the box on this plane: it has no polygon and no fragments.")];
-  parts.push(para(`Plane and box share a convex polygon. This one has ${plural(slice.vertices.length, "corner")}, one for each edge of the box that the plane meets${scene.clip_planes ? " (and one where a clip plane cuts it)" : ""}. Counter-clockwise as the eye sees them:`));
+  const cuts = slice.vertices.filter((v) => v.on.some((s) => s >= 6)).length, edges = slice.vertices.length - cuts;
+  parts.push(para(`Plane and box share a convex polygon. This one has ${plural(slice.vertices.length, "corner")}${cuts ? `: ${edges} on edges of the box, ${cuts} on clip planes` : ", one for each edge of the box that the plane meets"}. Counter-clockwise as the eye sees them:`));
   parts.push(table(["corner", "<where", "window x, y (pixels)", "texture s, t, p"], slice.vertices.map((v, i) => [String(i + 1), words(vertexName(v)), v.window.map((x) => num(x, 6)).join(", "), v.texture.map((x) => num(Math.abs(x) < 1e-12 ? 0 : x, 4)).join(", ")])));
   parts.push(para(stack.perspective
     ? "On a plane of constant depth the texture coordinates are affine in window x and y, in perspective too: between corners they need no division, and q stays 1."
@@ -225,21 +226,25 @@ function fogPanel(place) {
   if (scene.blend !== "over") return [para("This scene projects values or adds colours; the comparison of fogs is for blended colours.")];
   const parts = [], own = scene.fog !== null, fog = scene.fog || scene.example_fog;
   if (!own) parts.push(note("", strong("This scene has no fog: the stage is left out of its pipeline. "), "What follows is the same scene rendered by the same pipeline with an example: ", `linear from ${num(fog.start)} to ${num(fog.end)}. It is not in the picture above.`));
-  const f = { linear: `f = (end \u2212 z) / (end \u2212 start), start = ${num(fog.start)}, end = ${num(fog.end)}`, exp: `f = exp(\u2212density z), density = ${num(fog.density)}`, exp2: `f = exp(\u2212(density z)\u00b2), density = ${num(fog.density)}` }[fog.mode];
+  const step = fog.mode === "linear" && fog.start === fog.end;
+  const f = step ? `f = 1 for z < ${num(fog.end)}, 0 from there on: start = end, so fog sets in at once` : { linear: `f = (end \u2212 z) / (end \u2212 start), start = ${num(fog.start)}, end = ${num(fog.end)}`, exp: `f = exp(\u2212density z), density = ${num(fog.density)}`, exp2: `f = exp(\u2212(density z)\u00b2), density = ${num(fog.density)}` }[fog.mode];
   const z = own && i >= 0 && pixel.fog ? pixel.fog[i][0] : place.slice ? place.slice.depth : null;
-  const curve = fog.curve, plot = new Plot([curve[0][0], curve[curve.length - 1][0]], [0, 1.05], { height: 230, xlabel: "distance z from the eye", ylabel: "fog factor f", label: "fog curve" });
+  const lo = fog.curve[0][0], hi = fog.curve[fog.curve.length - 1][0], cut = Math.min(hi, Math.max(lo, fog.end));
+  const curve = step ? [[lo, fog.end > lo ? 1 : 0], [cut, fog.end > lo ? 1 : 0], [cut, fog.end > hi ? 1 : 0], [hi, fog.end > hi ? 1 : 0]] : fog.curve, plot = new Plot([curve[0][0], curve[curve.length - 1][0]], [0, 1.05], { height: 230, xlabel: "distance z from the eye", ylabel: "fog factor f", label: "fog curve" });
   plot.line(curve, "var(--accent)", { width: 2.5 });
   plot.mark(stack.near, "var(--soft)", "box begins").mark(stack.far, "var(--soft)", "box ends");
   const factor = z === null ? null : own && i >= 0 && pixel.fog ? pixel.fog[i][1] : piecewise(curve, z)[0];
   if (z !== null) plot.mark(z, "var(--bad)", null).dot(z, factor, "var(--bad)", 5);
   parts.push(para("Fog mixes what is far with a colour of its own, ", swatch(fog.color), list(fog.color, 3), ". The factor f says how much of the object is left: 1 near the eye, 0 where only fog is seen. f multiplies the object, 1 \u2212 f the fog."));
-  parts.push(formula([f, `clamped to 0..1; at z = ${num(z)}: f = ${num(factor, 6)}${fog.distance === "planar" ? ", one number for the whole slice" : ", by the fragment's own distance"}`]), plot.root);
-  if (fog.mode === "linear") parts.push(para("Some notes write linear fog as 1 \u2212 z. That is right only if fog begins at 0 and ends at 1; (end \u2212 z) / (end \u2212 start) is 1 at the start and 0 at the end, wherever they are."));
+  parts.push(formula([f, `${step ? "" : "clamped to 0..1; "}at z = ${num(z)}: f = ${num(factor, 6)}${fog.distance === "planar" ? ", one number for the whole slice" : ", by the fragment's own distance"}`]), plot.root);
+  if (fog.mode === "linear" && !step) parts.push(para("Some notes write linear fog as 1 \u2212 z. That is right only if fog begins at 0 and ends at 1; (end \u2212 z) / (end \u2212 start) is 1 at the start and 0 at the end, wherever they are."));
   const weighted = twin(pixel, "fog-weighted"), literal = twin(pixel, "fog-literal");
   const at = (t) => (t ? t.slice.indexOf(place.k) : -1), iw = at(weighted), il = at(literal);
   parts.push(text("h3", "Why premultiplied colours need weighted fog"));
   parts.push(para("The colour that reaches the blend is premultiplied: C = A c, the colour c of the material times how much of it is there. Fog changes the colour of the material, not its amount:"));
   parts.push(formula(["c\u2032 = f c + (1 \u2212 f) c_fog", "fog on the straight colour, as OpenGL has it"], ["C\u2032 = A c\u2032 = f C + (1 \u2212 f) A c_fog", "the same, multiplied by A: the fog's part is weighted by the opacity too"], ["C\u2032 = f C + (1 \u2212 f) c_fog", "the formula taken literally on premultiplied colour: the A is missing. Where A = 0 there is nothing to see, and yet it adds (1 \u2212 f) c_fog"]));
+  const black = own && fog.color.every((c) => c === 0);
+  if (black) parts.push(note("", strong("Black hides the mistake: "), `(1 \u2212 f) c_fog is (0, 0, 0) in this scene's black fog, so both formulas give the same. The comparison below is the same fog in an example colour, `, swatch(scene.example_fog.color), `${list(scene.example_fog.color, 3)}. It is not in the picture above.`));
   if (il >= 0) {
     const A = literal.alpha[il], stage = own && i >= 0 ? pixel.stages.findIndex((s) => s.name === "fog") : -1;
     const rows = [];
@@ -257,18 +262,18 @@ function fogPanel(place) {
     let lit = [0, 0, 0], empty = 0;
     literal.slice.forEach((_, n) => {
       if (!literal.covered[n] || literal.alpha[n] !== 0) return;
-      const was = before(literal, pixel.start, n).sum, now = literal.sum[n];
+      const was = before(literal, literal.start, n).sum, now = literal.sum[n];
       const more = now.map((x, c) => x - was[c]);
       if (scene.order === "front-to-back") lit = lit.map((x, c) => x + more[c]);
       empty += 1;
     });
     parts.push(text("h3", "The whole pixel in both fogs, as rendered"));
     parts.push(table(["fog", "", "<colour gathered", "opacity"], [["weighted", swatch(weighted.gathered), words(list(weighted.gathered.slice(0, 3), 5)), num(1 - weighted.gathered[3], 5)], ["literal", swatch(literal.gathered), words(list(literal.gathered.slice(0, 3), 5)), num(1 - literal.gathered[3], 5)]]));
-    if (empty) parts.push(para(`The ray crosses ${plural(empty, "slice")} where nothing is (A = 0)${scene.order === "front-to-back" ? `; in literal fog they add ${list(lit, 4)} of light` : ""}. More slices would add more: the picture would depend on how finely it is cut, as no right picture does.`));
+    if (empty) parts.push(para(`The ray crosses ${plural(empty, "slice")} where nothing is (A = 0)${scene.order === "front-to-back" ? `; in literal fog they add ${list(lit, 4)} of light` : ""}. ${scene.order === "front-to-back" && lit.every((x) => x === 0) ? "Fog has not set in there (f = 1), or nothing gets past what lies before: it does no harm in this pixel." : "More slices would add more: the picture would depend on how finely it is cut, as no right picture does."}`));
   }
   if (pictures.weighted) parts.push(make("div", { class: "pair" },
     make("figure", {}, make("img", { src: pictures.weighted, alt: "the scene in weighted fog", class: "chart checker" }), make("figcaption", {}, strong("Weighted: ", "good"), "fog lies on the object alone. Both pictures over an opaque background.")),
-    make("figure", {}, make("img", { src: pictures.literal, alt: "the scene in literal fog", class: "chart checker" }), make("figcaption", {}, strong("Literal: ", "bad"), "every empty slice of the box glows."))));
+    make("figure", {}, make("img", { src: pictures.literal, alt: "the scene in literal fog", class: "chart checker" }), make("figcaption", {}, strong("Literal: ", "bad"), pictures.literal === pictures.weighted ? "the same here: no empty slice lies where f < 1." : "empty slices of the box glow where f < 1.", pictures.clipped ? " Brighter than 1 in places: clipped at 1." : ""))));
   parts.push(para("Opacity is never fogged: fog does not make the object more or less see-through. Literal fog is right for straight colours that are multiplied by A in the blend itself; the result is then the same as weighted fog here."));
   return parts;
 }
@@ -350,17 +355,20 @@ function blendPanel(place) {
     else parts.push(formula([`colour = colour + T \u00b7 C = ${list(was.sum, 4)} + ${num(was.t, 5)} \u00b7 ${list(C, 4)} = ${list(pixel.sum[i], 5)}`, "of this slab's light, the share T gets past what lies before it"], [`T = T \u00b7 (1 \u2212 A) = ${num(was.t, 5)} \u00b7 ${num(1 - A, 5)} = ${num(pixel.transmittance[i], 6)}`, "what is left for the slabs behind it"]));
   }
   if (scene.method.target === "unorm8") parts.push(para("This scene blends in 8 bits: after every slice colour and transmittance are rounded to multiples of 1/255, so a contribution under half of that vanishes."));
-  parts.push(text("h3", "The pixel's whole journey"), journeyPlot(pixel, place));
-  const rows = [];
+  parts.push(text("h3", "The pixel's whole journey"), whole || pixel.slice.length ? journeyPlot(pixel, place) : null);
+  const rows = [], stops = !back && scene.terminate > 0 && scene.method.slab !== "riemann";
+  let over = 0;
   pixel.slice.forEach((k, n) => {
-    const was = before(pixel, pixel.start, n), here = k === place.k;
+    const was = before(pixel, pixel.start, n), here = k === place.k, finished = stops && was.t < scene.terminate;
     if (!pixel.covered[n] && !here) return;
     if (pixel.alpha[n] === 0 && !here && pixel.color[n].every((c) => c === 0)) return;
     const weight = back ? pixel.alpha[n] : was.t * pixel.alpha[n];
-    rows.push({ kind: here ? "here" : weight > 0.01 ? "" : "minor", cells: [String(k), num(toData(pixel.value[n])), [swatch(straightOf(pixel.color[n], pixel.alpha[n])), num(pixel.alpha[n], 4)], num(was.t, 4), ...pixel.sum[n].map((x) => num(x, 4)), num(pixel.transmittance[n], 4)] });
+    if (finished && !over++) rows.push({ kind: "after", cells: [make("td", { class: "text", colspan: 8 }, `not blended: the pixel was finished, T = ${num(was.t, 4)} < ${num(scene.terminate)}`)] });
+    rows.push({ kind: (here ? "here" : weight > 0.01 ? "" : "minor") + (finished ? " after" : ""), cells: [String(k), num(toData(pixel.value[n])), [swatch(straightOf(pixel.color[n], pixel.alpha[n])), num(pixel.alpha[n], 4)], num(was.t, 4), ...pixel.sum[n].map((x) => num(x, 4)), num(pixel.transmittance[n], 4)] });
   });
-  if (rows.length) parts.push(para(`Slices that show something here, in the order they were blended:`), table(["slice", "value", "colour, A", "T before", "red", "green", "blue", "T after"], rows, { tall: true }));
-  else parts.push(note("", "No recorded slice shows anything in this pixel: it keeps what it starts from."));
+  if (rows.length) parts.push(para(`Slices that show something here, in the order they ${over ? "came; those in grey ran for other pixels of the block and were not blended here" : "were blended"}:`), table(["slice", "value", "colour, A", "T before", "red", "green", "blue", "T after"], rows, { tall: true }));
+  else if (whole) parts.push(note("", "No recorded slice shows anything in this pixel: it keeps what it starts from."));
+  else parts.push(note("", `None of the slices on this page, ${record.slices[0]} to ${record.slices[1] - 1} of 0 to ${stack.count - 1}, shows anything in this pixel. What the others gave it is in its result:`));
   const bg = scene.background, T = pixel.gathered[3];
   parts.push(formula([`pixel = colour + T \u00b7 background = ${list(pixel.gathered.slice(0, 3), 6)} + ${num(T, 5)} \u00b7 ${list(bg.slice(0, 3).map((c) => c * bg[3]), 4)} = ${list(pixel.picture.slice(0, 3), 6)}`, `opacity = 1 \u2212 T \u00b7 (1 \u2212 ${num(bg[3])}) = ${num(pixel.picture[3], 6)}; these are the picture's own numbers`]));
   parts.push(...orderParts(pixel), ...stopParts(pixel), ...stiffParts(place));
@@ -384,6 +392,8 @@ function stopParts(pixel) {
   const ftb = twin(pixel, "front-to-back");
   if (!ftb || !ftb.slice.length) return [];
   const limit = scene.terminate || 1 / 1024, at = ftb.transmittance.findIndex((t) => t < limit), parts = [text("h3", "Where it can stop early")];
+  if (ftb.start[3] < limit) return [...parts, para(`T = ${num(ftb.start[3], 3)} lies below ${num(limit)} before the first slice on this page.`)];
+  if (at < 0 && ftb.gathered[3] < limit) return [...parts, para(`T falls below ${num(limit)} behind the slices on this page (it ends at ${num(ftb.gathered[3])}).`)];
   if (at < 0) return [...parts, para(`T never falls below ${num(limit)} on this ray (it ends at ${num(ftb.gathered[3])}): every slice is needed.`)];
   const rest = ftb.slice.slice(at + 1).filter((_, n) => ftb.covered[at + 1 + n]).length;
   const lost = [0, 1, 2].map((c) => ftb.gathered[c] - ftb.sum[at][c]);
@@ -457,6 +467,12 @@ const STAGES = {
   blend: "what the pixel has gathered with it",
 };
 const MEANINGS = { covered: "covered", length: "length of the piece, in slabs", cell: "cell", weight: "weights", value: "value", color: "C", alpha: "A", sum: scene.blend === "over" || scene.blend === "add" ? "pixel" : "kept", transmittance: "T" };
+// What a projection keeps, in the names of the step Blending.
+function keptWords(quantity, x) {
+  if (quantity === "sum") return (KEPT[scene.blend] || []).map(([name, f], c) => `${name} ${num(x[c] === null ? null : f(x[c]))}`);
+  if (scene.blend === "add") return [`opacity ${num(x)}`];
+  return scene.blend === "iso" || scene.blend === "lmip" ? [x > 0 ? "looking on" : "found"] : [];
+}
 // Every stage that ran on the slice, with what it set: whatever stages there are.
 function fragmentList(place) {
   const { pixel, i } = place;
@@ -469,6 +485,7 @@ function fragmentList(place) {
       if (x === null || x === undefined) continue;
       if (quantity === "color") said.push(make("span", {}, swatch(straightOf(x, pixel.alpha[i])), "C = " + list(x, 4)));
       else if (quantity === "covered") said.push(x ? "covered" : "not covered");
+      else if (scene.blend !== "over" && (quantity === "sum" || quantity === "transmittance")) said.push(...keptWords(quantity, x));
       else if (quantity === "value") said.push("value " + num(toData(x), 6));
       else said.push(`${MEANINGS[quantity]} ${quantity === "alpha" || quantity === "transmittance" ? "= " : ""}${Array.isArray(x) ? list(x, 4) : num(x, 5)}`);
     }

@@ -2,6 +2,8 @@
 const record = JSON.parse(document.getElementById("record").textContent);
 const pictures = JSON.parse(document.getElementById("pictures").textContent);
 const scene = record.scene, stack = record.stack;
+// Whether every slice of the stack is on record.
+const whole = record.slices[0] === 0 && record.slices[1] === stack.count;
 
 const byId = (id) => document.getElementById(id);
 
