@@ -184,7 +184,7 @@ fn senseless_wishes_are_one_line_each() {
     assert!(refused(dir.path(), &with(&["-o", "r", "--stability"]), 2).contains("--stability"));
     assert!(refused(dir.path(), &["report", "missing.nrrd", "-o", "r"], 1).contains("missing.nrrd"));
     // There is no reference for these.
-    assert!(refused(dir.path(), &with(&["-o", "r", "--render.blend", "mip"]), 1).contains("blend mode"));
+    assert!(refused(dir.path(), &with(&["-o", "r", "--render.blend", "mip"]), 1).contains("render blend"));
     fs::write(dir.path().join("f"), "mine").unwrap();
     assert!(refused(dir.path(), &with(&["-o", "f"]), 1).contains("f: is no folder"));
     // Other people's files are spared.
