@@ -1,6 +1,7 @@
 //! Classification: from the interpolated value to premultiplied colour and slab opacity, by table.
 
 use super::batch::{Batch, Frame, SIDE, row, row_mut};
+use super::fetch;
 use crate::lanes::{Kernel, Lanes};
 
 /// One linear lookup a fragment. `SPLIT` scales in two steps, for ranges whose scale leaves f32.
@@ -49,7 +50,7 @@ pub(crate) struct ClassifyCorners<const SPLIT: bool>;
 #[inline(always)]
 fn corner<L: Lanes, const SPLIT: bool>(frame: &Frame<'_>, batch: &Batch, c: usize, r: usize) -> [L::F; 4] {
     let value = L::load(row(&batch.corners.0[c], r));
-    let finite = L::and(L::le(value, L::splat(f32::MAX)), L::le(L::splat(f32::MIN), value));
+    let finite = fetch::finite::<L>(value);
     let [red, green, blue, alpha] = classify::<L, SPLIT>(frame, L::select(finite, value, L::splat(frame.table_low)));
     [L::keep(finite, red), L::keep(finite, green), L::keep(finite, blue), L::keep(finite, alpha)]
 }
@@ -57,12 +58,7 @@ fn corner<L: Lanes, const SPLIT: bool>(frame: &Frame<'_>, batch: &Batch, c: usiz
 /// a + t (b - a), component by component.
 #[inline(always)]
 pub(super) fn lerp<L: Lanes>(a: [L::F; 4], b: [L::F; 4], t: L::F) -> [L::F; 4] {
-    [mix::<L>(a[0], b[0], t), mix::<L>(a[1], b[1], t), mix::<L>(a[2], b[2], t), mix::<L>(a[3], b[3], t)]
-}
-
-#[inline(always)]
-fn mix<L: Lanes>(a: L::F, b: L::F, t: L::F) -> L::F {
-    L::add(a, L::mul(t, L::sub(b, a)))
+    [fetch::lerp::<L>(a[0], b[0], t), fetch::lerp::<L>(a[1], b[1], t), fetch::lerp::<L>(a[2], b[2], t), fetch::lerp::<L>(a[3], b[3], t)]
 }
 
 impl<'v, const SPLIT: bool> Kernel<Frame<'v>, Batch> for ClassifyCorners<SPLIT> {

@@ -15,7 +15,7 @@ pub(crate) struct FetchAny<const FAR: bool>;
 
 /// a + t (b - a).
 #[inline(always)]
-fn lerp<L: Lanes>(a: L::F, b: L::F, t: L::F) -> L::F {
+pub(super) fn lerp<L: Lanes>(a: L::F, b: L::F, t: L::F) -> L::F {
     L::add(a, L::mul(t, L::sub(b, a)))
 }
 
@@ -170,13 +170,7 @@ impl<'v> Kernel<Frame<'v>, Batch> for FetchPairs16 {
 impl<'v, const FAR: bool> Kernel<Frame<'v>, Batch> for FetchAny<FAR> {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
-        with_voxels!(frame.voxels, v => {
-            if FAR {
-                batch.cells.far_corners(v, &batch.far_offset, frame.to_f32, &mut batch.corners);
-            } else {
-                batch.cells.corners(v, &batch.offset, frame.to_f32, &mut batch.corners);
-            }
-        });
+        FetchCorners::<FAR>::run::<L>(frame, batch);
         for r in 0..SIDE {
             let [c0, c1, c2, c3, c4, c5, c6, c7] = &batch.corners.0;
             let edges = [
@@ -225,6 +219,12 @@ impl<'v, const FAR: bool> Kernel<Frame<'v>, Batch> for FetchCorners<FAR> {
     }
 }
 
+/// Neither NaN nor infinite.
+#[inline(always)]
+pub(super) fn finite<L: Lanes>(x: L::F) -> L::M {
+    L::and(L::le(x, L::splat(f32::MAX)), L::le(L::splat(f32::MIN), x))
+}
+
 /// Fragments whose value is NaN or infinite are not covered: for volumes that hold such voxels.
 pub(crate) struct Guard;
 
@@ -233,7 +233,7 @@ impl<'v> Kernel<Frame<'v>, Batch> for Guard {
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
         for r in 0..SIDE {
             let v = L::load(row(&batch.value, r));
-            let finite = L::and(L::le(v, L::splat(f32::MAX)), L::le(L::splat(f32::MIN), v));
+            let finite = finite::<L>(v);
             L::store(L::select(finite, v, L::splat(frame.table_low)), row_mut(&mut batch.value, r));
             batch.mask &= !(0xff << (8 * r)) | u64::from(L::bits(finite)) << (8 * r);
         }

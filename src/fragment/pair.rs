@@ -2,6 +2,7 @@
 
 use super::batch::{Batch, Frame, SIDE, row, row_mut};
 use super::classify::{keep, lerp, position};
+use super::fetch::finite;
 use crate::lanes::{Kernel, Lanes};
 
 /// A lookup linear in both values; the slab between the slice before (or the ray's entry) and this slice.
@@ -28,11 +29,6 @@ fn remember<L: Lanes>(batch: &mut Batch, r: usize) {
     let old = L::load(previous);
     L::store(value, previous);
     L::store(old, row_mut(&mut batch.pixels.previous[1], r));
-}
-
-#[inline(always)]
-fn finite<L: Lanes>(x: L::F) -> L::M {
-    L::and(L::le(x, L::splat(f32::MAX)), L::le(L::splat(f32::MIN), x))
 }
 
 impl<'v> Kernel<Frame<'v>, Batch> for KeepValue {
