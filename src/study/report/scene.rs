@@ -169,8 +169,9 @@ fn html(record: &Record, plots: &[(&str, Plot, String)], pictures: &[Shown]) -> 
     );
     body += "<h2>Which method for which error</h2>\n";
     body += &advice_table(record);
-    body += "<p class=\"soft\">The cheapest picture measured whose RMS error lies below the first column. Methods that solve another problem \
-             (marked below) are not among the candidates.</p>\n";
+    body += "<p class=\"soft\">The cheapest picture measured whose RMS error lies below the first column; the default, unless \
+             another is a tenth faster. Methods that are there to be compared with, and those that solve another problem (marked below), \
+             are not among the candidates.</p>\n";
     body += "<h2>Error against time</h2>\n";
     body += &figure("work-precision");
     body += "<h2>Error against slices</h2>\n";
