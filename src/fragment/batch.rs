@@ -1,6 +1,8 @@
 //! The batch: 64 fragments as a structure of arrays that lives in the first-level cache.
 
+pub(crate) use crate::lanes::for_rows;
 use crate::lanes::{CellLoad, Corners, LookupTable, Pairs, ToF32};
+use crate::raster::Spans;
 use crate::scene::FogMode;
 use crate::volume::Voxels;
 use crate::volume::packed::Packed;
@@ -47,6 +49,8 @@ pub(crate) struct Frame<'v> {
     pub(crate) fine: Option<(Arc<LookupTable>, [f32; 3])>,
     /// Transmittance below which a pixel takes no more.
     pub(crate) terminate: f32,
+    /// Table position below which nothing shows: rows all below it are not looked up. 0 where every fragment counts.
+    pub(crate) clear: f32,
     /// Fog, if any.
     pub(crate) fog: Option<FrameFog>,
     /// Threshold or level of a projection, as a stored value.
@@ -83,8 +87,10 @@ pub(crate) struct PixelBlock {
     pub(crate) excess: [[f32; BATCH]; 4],
     /// Pixels whose coverage the ray's interval leaves in doubt, one bit each: edge functions decide slice by slice.
     pub(crate) doubt: u64,
-    /// Whether any pixel still takes light. Blending stages keep it up to date.
-    pub(crate) alive: bool,
+    /// Pixels that still take light, one bit each. Blending stages keep it up to date.
+    pub(crate) alive: u64,
+    /// What the block's rays have in common.
+    pub(crate) spans: Spans,
 }
 
 /// 64 fragments on their way through the stages.
@@ -100,6 +106,14 @@ pub(crate) struct Batch {
     pub(crate) fog_each: [f32; BATCH],
     /// Bit i: fragment i is covered.
     pub(crate) mask: u64,
+    /// Pixels whose last slice lies before this one, one bit each. Set with the mask of partial batches.
+    pub(crate) ended: u64,
+    /// Bit r: row r goes through the stages; in others every pixel is finished or uncovered.
+    pub(crate) rows: u8,
+    /// Bit r: something shows in row r. Classification sets it, among `rows`.
+    pub(crate) shown: u8,
+    /// Whether every lookup lies inside the box of voxels: nothing to clamp.
+    pub(crate) inner: bool,
     /// Index coordinates of pixel 0 relative to the base voxel.
     pub(crate) origin: [f32; 3],
     /// Step of the index coordinates from column to column.
@@ -145,6 +159,10 @@ impl Batch {
             fog: 1.0,
             fog_each: [1.0; BATCH],
             mask: 0,
+            ended: 0,
+            rows: u8::MAX,
+            shown: u8::MAX,
+            inner: false,
             origin: [0.0; 3],
             across: [0.0; 3],
             down: [0.0; 3],
@@ -175,10 +193,31 @@ impl Batch {
                 previous: [[0.0; BATCH]; 2],
                 excess: [[0.0; BATCH]; 4],
                 doubt: 0,
-                alive: true,
+                alive: u64::MAX,
+                spans: Spans::NONE,
             },
         })
     }
+}
+
+/// The bits of all lanes of `rows`.
+#[inline(always)]
+pub(crate) fn spread(rows: u8) -> u64 {
+    // Bit r moves to byte r in three steps, and fills it.
+    let x = u64::from(rows);
+    let x = (x | x << 28) & 0x0000_000f_0000_000f;
+    let x = (x | x << 14) & 0x0003_0003_0003_0003;
+    let x = (x | x << 7) & 0x0101_0101_0101_0101;
+    x * 0xff
+}
+
+/// The rows that hold any of `lanes`.
+#[inline(always)]
+pub(crate) fn rows_of(lanes: u64) -> u8 {
+    const LOW: u64 = 0x7f7f_7f7f_7f7f_7f7f;
+    let highest = ((lanes & LOW) + LOW | lanes) & !LOW;
+    // The top bit of byte r moves to bit r of the top byte.
+    ((highest >> 7).wrapping_mul(0x0102_0408_1020_4080) >> 56) as u8
 }
 
 /// The eight lanes of row `at` of an array over the batch.

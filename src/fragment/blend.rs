@@ -2,7 +2,7 @@
 //!
 //! Front to back: C += T c, T *= 1 - a. Back to front: C = c + (1 - a) C, and T alike. T is what is kept, never 1 - T.
 
-use super::batch::{Batch, Frame, SIDE, row, row_mut};
+use super::batch::{Batch, Frame, SIDE, for_rows, row, row_mut, spread};
 use crate::lanes::{Kernel, Lanes};
 
 /// Makes uncovered fragments transparent.
@@ -11,13 +11,13 @@ pub(crate) struct MaskStage;
 impl<'v> Kernel<Frame<'v>, Batch> for MaskStage {
     #[inline(always)]
     fn run<L: Lanes>(_: &Frame<'v>, batch: &mut Batch) {
-        for r in 0..SIDE {
+        for_rows!(batch.shown, r => {
             let covered = L::from_bits((batch.mask >> (8 * r)) as u8);
             for channel in batch.color.iter_mut().chain([&mut batch.alpha]) {
                 let c = row_mut(channel, r);
                 L::store(L::keep(covered, L::load(c)), c);
             }
-        }
+        });
     }
 }
 
@@ -108,32 +108,36 @@ impl<'v, S: Store, const TERMINATE: bool> Kernel<Frame<'v>, Batch> for BlendFron
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
         let threshold = L::splat(frame.terminate);
         let slice = L::splat_i(batch.slice);
-        let mut alive = 0;
-        for r in 0..SIDE {
-            let [red, green, blue, lost] = &mut batch.pixels.excess;
-            let t = row_mut(&mut batch.pixels.transmittance, r);
-            let left = L::load(t);
-            let alpha = L::load(row(&batch.alpha, r));
-            let (weight, alpha) = if TERMINATE {
-                let live = L::le(threshold, left);
-                (L::keep(live, left), L::keep(live, alpha))
+        let mut alive = batch.pixels.alive & !spread(batch.rows);
+        for_rows!(batch.rows, r => {
+            let more = L::bits(L::gt_i(L::load_i(row(&batch.pixels.last, r)), slice));
+            let now = if batch.shown >> r & 1 == 0 {
+                // Nothing shows: what was alive stays so.
+                (batch.pixels.alive >> (8 * r)) as u8 & more
             } else {
-                (left, alpha)
+                let [red, green, blue, lost] = &mut batch.pixels.excess;
+                let t = row_mut(&mut batch.pixels.transmittance, r);
+                let left = L::load(t);
+                let alpha = L::load(row(&batch.alpha, r));
+                let (weight, alpha) = if TERMINATE {
+                    let live = L::le(threshold, left);
+                    (L::keep(live, left), L::keep(live, alpha))
+                } else {
+                    (left, alpha)
+                };
+                let next = S::left::<L>(left, alpha, row_mut(lost, r));
+                L::store(next, t);
+                for ((sum, channel), excess) in batch.pixels.color.iter_mut().zip(&batch.color).zip([red, green, blue]) {
+                    let sum = row_mut(sum, r);
+                    let more = L::mul(weight, L::load(row(channel, r)));
+                    L::store(S::sum::<L>(L::load(sum), more, row_mut(excess, r)), sum);
+                }
+                L::bits(L::le(threshold, next)) & more
             };
-            let next = S::left::<L>(left, alpha, row_mut(lost, r));
-            L::store(next, t);
-            for ((sum, channel), excess) in batch.pixels.color.iter_mut().zip(&batch.color).zip([red, green, blue]) {
-                let sum = row_mut(sum, r);
-                let more = L::mul(weight, L::load(row(channel, r)));
-                L::store(S::sum::<L>(L::load(sum), more, row_mut(excess, r)), sum);
-            }
-            if TERMINATE {
-                let more = L::gt_i(L::load_i(row(&batch.pixels.last, r)), slice);
-                alive |= L::bits(L::and(L::le(threshold, next), more));
-            }
-        }
+            alive |= u64::from(now) << (8 * r);
+        });
         if TERMINATE {
-            batch.pixels.alive = alive != 0;
+            batch.pixels.alive = alive;
         }
     }
 }
@@ -144,7 +148,7 @@ pub(crate) struct BlendBack<S>(std::marker::PhantomData<S>);
 impl<'v, S: Store> Kernel<Frame<'v>, Batch> for BlendBack<S> {
     #[inline(always)]
     fn run<L: Lanes>(_: &Frame<'v>, batch: &mut Batch) {
-        for r in 0..SIDE {
+        for_rows!(batch.shown, r => {
             let [red, green, blue, lost] = &mut batch.pixels.excess;
             let alpha = L::load(row(&batch.alpha, r));
             let t = row_mut(&mut batch.pixels.transmittance, r);
@@ -153,6 +157,6 @@ impl<'v, S: Store> Kernel<Frame<'v>, Batch> for BlendBack<S> {
                 let sum = row_mut(sum, r);
                 L::store(S::over::<L>(L::load(sum), L::load(row(channel, r)), alpha, row_mut(excess, r)), sum);
             }
-        }
+        });
     }
 }

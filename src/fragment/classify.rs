@@ -1,6 +1,6 @@
 //! Classification: from the interpolated value to premultiplied colour and slab opacity, by table.
 
-use super::batch::{Batch, Frame, SIDE, row, row_mut};
+use super::batch::{Batch, Frame, for_rows, row, row_mut};
 use super::fetch;
 use crate::lanes::{Kernel, Lanes};
 
@@ -28,7 +28,12 @@ pub(super) fn keep<L: Lanes>(batch: &mut Batch, r: usize, [red, green, blue, alp
 
 #[inline(always)]
 fn classify<L: Lanes, const SPLIT: bool>(frame: &Frame<'_>, value: L::F) -> [L::F; 4] {
-    let x = position::<L, SPLIT>(frame, value);
+    look_up::<L>(frame, position::<L, SPLIT>(frame, value))
+}
+
+/// The table's colour at position `x`.
+#[inline(always)]
+fn look_up<L: Lanes>(frame: &Frame<'_>, x: L::F) -> [L::F; 4] {
     let index = L::trunc(x);
     L::lookup(&frame.table, index, L::sub(x, L::to_f(index)))
 }
@@ -36,10 +41,18 @@ fn classify<L: Lanes, const SPLIT: bool>(frame: &Frame<'_>, value: L::F) -> [L::
 impl<'v, const SPLIT: bool> Kernel<Frame<'v>, Batch> for Classify<SPLIT> {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
-        for r in 0..SIDE {
-            let color = classify::<L, SPLIT>(frame, L::load(row(&batch.value, r)));
-            keep::<L>(batch, r, color);
-        }
+        let clear = L::splat(frame.clear);
+        let mut shown = 0;
+        for_rows!(batch.rows, r => {
+            let x = position::<L, SPLIT>(frame, L::load(row(&batch.value, r)));
+            // Rows in which nothing shows are left out of what follows.
+            if L::bits(L::le(clear, x)) != 0 {
+                shown |= 1 << r;
+                let color = look_up::<L>(frame, x);
+                keep::<L>(batch, r, color);
+            }
+        });
+        batch.shown = shown;
     }
 }
 
@@ -64,7 +77,7 @@ pub(super) fn lerp<L: Lanes>(a: [L::F; 4], b: [L::F; 4], t: L::F) -> [L::F; 4] {
 impl<'v, const SPLIT: bool> Kernel<Frame<'v>, Batch> for ClassifyCorners<SPLIT> {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
-        for r in 0..SIDE {
+        for_rows!(batch.rows, r => {
             let x = L::load(row(&batch.weight[0], r));
             let y = L::load(row(&batch.weight[1], r));
             let z = L::load(row(&batch.weight[2], r));
@@ -76,6 +89,7 @@ impl<'v, const SPLIT: bool> Kernel<Frame<'v>, Batch> for ClassifyCorners<SPLIT> 
             let far = lerp::<L>(e01, e11, y);
             let color = lerp::<L>(near, far, z);
             keep::<L>(batch, r, color);
-        }
+        });
+        batch.shown = batch.rows;
     }
 }

@@ -1,6 +1,6 @@
 //! Opacity for the true length of a fragment's piece of the ray: A' = 1 - (1 - A)^length, colour scaled with it.
 
-use super::batch::{Batch, Frame, SIDE, row, row_mut};
+use super::batch::{Batch, Frame, for_rows, row, row_mut};
 use crate::lanes::math::opacity_for_ratio;
 use crate::lanes::{Kernel, Lanes};
 
@@ -11,7 +11,7 @@ impl<'v> Kernel<Frame<'v>, Batch> for Correct {
     #[inline(always)]
     fn run<L: Lanes>(_: &Frame<'v>, batch: &mut Batch) {
         let one = L::splat(1.0);
-        for r in 0..SIDE {
+        for_rows!(batch.shown, r => {
             let length = L::load(row(&batch.length, r));
             let alpha = L::load(row(&batch.alpha, r));
             // Whole slabs keep their bits, so that a batch's other pixels do not matter.
@@ -25,7 +25,7 @@ impl<'v> Kernel<Frame<'v>, Batch> for Correct {
                 let c = row_mut(channel, r);
                 L::store(L::mul(L::load(c), factor), c);
             }
-        }
+        });
     }
 }
 
@@ -35,12 +35,12 @@ pub(crate) struct CorrectRiemann;
 impl<'v> Kernel<Frame<'v>, Batch> for CorrectRiemann {
     #[inline(always)]
     fn run<L: Lanes>(_: &Frame<'v>, batch: &mut Batch) {
-        for r in 0..SIDE {
+        for_rows!(batch.shown, r => {
             let length = L::load(row(&batch.length, r));
             for channel in batch.color.iter_mut().chain([&mut batch.alpha]) {
                 let c = row_mut(channel, r);
                 L::store(L::mul(L::load(c), length), c);
             }
-        }
+        });
     }
 }

@@ -1,6 +1,6 @@
 //! Trilinear lookup in the voxels' own type.
 
-use super::batch::{BATCH, Batch, Frame, SIDE, row, row_mut};
+use super::batch::{BATCH, Batch, Frame, for_rows, row, row_mut, spread};
 use crate::lanes::{Kernel, Lanes, Pairs};
 use crate::volume::{Voxels, with_voxels};
 
@@ -44,56 +44,49 @@ fn halves16<L: Lanes, const SIGNED: bool>(pairs: &Pairs<u32>, p: usize, r: usize
 
 /// Byte `N` of each lane, with or without sign.
 #[inline(always)]
-fn byte<L: Lanes, const SIGNED: bool>(quad: L::I, n: u32) -> L::F {
-    let up = match n {
+fn byte<L: Lanes, const SIGNED: bool, const N: i32>(quad: L::I) -> L::F {
+    if !SIGNED {
+        return L::byte::<N>(quad);
+    }
+    L::to_f(L::sar::<24>(match N {
         0 => L::shl::<24>(quad),
         1 => L::shl::<16>(quad),
         2 => L::shl::<8>(quad),
         _ => quad,
-    };
-    if SIGNED {
-        return L::to_f(L::sar::<24>(up));
-    }
-    let low = L::splat_i(0xff);
-    L::to_f(match n {
-        0 => L::and_i(quad, low),
-        1 => L::and_i(L::sar::<8>(quad), low),
-        2 => L::and_i(L::sar::<16>(quad), low),
-        _ => L::and_i(L::sar::<24>(quad), low),
-    })
+    }))
 }
 
 /// All rows of a batch of packed 8-bit voxels.
 #[inline(always)]
 fn rows_packed<L: Lanes, const SIGNED: bool>(batch: &mut Batch) {
-    for r in 0..SIDE {
+    for_rows!(batch.rows, r => {
         let near = L::load_i(bytemuck::cast_ref(row(&batch.pairs16.0[0], r)));
         let far = L::load_i(bytemuck::cast_ref(row(&batch.pairs16.0[1], r)));
         let edges = [
-            [byte::<L, SIGNED>(near, 0), byte::<L, SIGNED>(near, 2)],
-            [byte::<L, SIGNED>(near, 1), byte::<L, SIGNED>(near, 3)],
-            [byte::<L, SIGNED>(far, 0), byte::<L, SIGNED>(far, 2)],
-            [byte::<L, SIGNED>(far, 1), byte::<L, SIGNED>(far, 3)],
+            [byte::<L, SIGNED, 0>(near), byte::<L, SIGNED, 2>(near)],
+            [byte::<L, SIGNED, 1>(near), byte::<L, SIGNED, 3>(near)],
+            [byte::<L, SIGNED, 0>(far), byte::<L, SIGNED, 2>(far)],
+            [byte::<L, SIGNED, 1>(far), byte::<L, SIGNED, 3>(far)],
         ];
         trilinear::<L>(edges, batch, r);
-    }
+    });
 }
 
 /// All rows of a batch of 8-bit pairs.
 #[inline(always)]
 fn rows8<L: Lanes, const SIGNED: bool>(batch: &mut Batch) {
-    for r in 0..SIDE {
+    for_rows!(batch.rows, r => {
         let p = &batch.pairs8;
         let edges =
             [halves8::<L, SIGNED>(p, 0, r), halves8::<L, SIGNED>(p, 1, r), halves8::<L, SIGNED>(p, 2, r), halves8::<L, SIGNED>(p, 3, r)];
         trilinear::<L>(edges, batch, r);
-    }
+    });
 }
 
 /// All rows of a batch of 16-bit pairs.
 #[inline(always)]
 fn rows16<L: Lanes, const SIGNED: bool>(batch: &mut Batch) {
-    for r in 0..SIDE {
+    for_rows!(batch.rows, r => {
         let p = &batch.pairs16;
         let edges = [
             halves16::<L, SIGNED>(p, 0, r),
@@ -102,7 +95,7 @@ fn rows16<L: Lanes, const SIGNED: bool>(batch: &mut Batch) {
             halves16::<L, SIGNED>(p, 3, r),
         ];
         trilinear::<L>(edges, batch, r);
-    }
+    });
 }
 
 /// Three rounds of linear interpolation between the corners [x, x+1] of the four edges along x.
@@ -123,11 +116,11 @@ impl<'v> Kernel<Frame<'v>, Batch> for FetchPairs8 {
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
         match frame.voxels {
             Voxels::U8(v) => {
-                batch.cells.pairs8(v, &batch.offset, &mut batch.pairs8);
+                batch.cells.pairs8::<L>(v, &batch.offset, batch.rows, &mut batch.pairs8);
                 rows8::<L, false>(batch);
             }
             Voxels::I8(v) => {
-                batch.cells.pairs8(bytemuck::cast_slice(v), &batch.offset, &mut batch.pairs8);
+                batch.cells.pairs8::<L>(bytemuck::cast_slice(v), &batch.offset, batch.rows, &mut batch.pairs8);
                 rows8::<L, true>(batch);
             }
             _ => unreachable!("the plan chose 8-bit lookups for other voxels"),
@@ -141,7 +134,7 @@ impl<'v> Kernel<Frame<'v>, Batch> for FetchPacked8 {
         let Some(packed) = frame.packed else {
             unreachable!("the plan chose packed lookups for voxels that are not");
         };
-        batch.cells.quads8(&packed.pairs, &batch.offset, &mut batch.pairs16);
+        batch.cells.quads8::<L>(&packed.pairs, &batch.offset, batch.rows, &mut batch.pairs16);
         if matches!(frame.voxels, Voxels::I8(_)) {
             rows_packed::<L, true>(batch);
         } else {
@@ -155,11 +148,11 @@ impl<'v> Kernel<Frame<'v>, Batch> for FetchPairs16 {
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
         match frame.voxels {
             Voxels::U16(v) => {
-                batch.cells.pairs16(v, &batch.offset, &mut batch.pairs16);
+                batch.cells.pairs16::<L>(v, &batch.offset, batch.rows, &mut batch.pairs16);
                 rows16::<L, false>(batch);
             }
             Voxels::I16(v) => {
-                batch.cells.pairs16(bytemuck::cast_slice(v), &batch.offset, &mut batch.pairs16);
+                batch.cells.pairs16::<L>(bytemuck::cast_slice(v), &batch.offset, batch.rows, &mut batch.pairs16);
                 rows16::<L, true>(batch);
             }
             _ => unreachable!("the plan chose 16-bit lookups for other voxels"),
@@ -171,7 +164,7 @@ impl<'v, const FAR: bool> Kernel<Frame<'v>, Batch> for FetchAny<FAR> {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
         FetchCorners::<FAR>::run::<L>(frame, batch);
-        for r in 0..SIDE {
+        for_rows!(batch.rows, r => {
             let [c0, c1, c2, c3, c4, c5, c6, c7] = &batch.corners.0;
             let edges = [
                 [L::load(row(c0, r)), L::load(row(c1, r))],
@@ -180,7 +173,7 @@ impl<'v, const FAR: bool> Kernel<Frame<'v>, Batch> for FetchAny<FAR> {
                 [L::load(row(c6, r)), L::load(row(c7, r))],
             ];
             trilinear::<L>(edges, batch, r);
-        }
+        });
     }
 }
 
@@ -192,13 +185,14 @@ impl<'v, const FAR: bool> Kernel<Frame<'v>, Batch> for FetchNearest<FAR> {
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
         let upper = |weight: &[f32; BATCH], i: usize, stride: usize| if weight[i] >= 0.5 { stride } else { 0 };
         let mut step = [0; BATCH];
-        for i in 0..BATCH {
+        let lanes = spread(batch.rows);
+        for i in (0..BATCH).filter(|i| lanes >> i & 1 == 1) {
             let [sx, sy, sz] = frame.strides;
             step[i] = upper(&batch.weight[0], i, sx) + upper(&batch.weight[1], i, sy) + upper(&batch.weight[2], i, sz);
         }
         with_voxels!(frame.voxels, v => {
             let offset = |i: usize| if FAR { batch.far_offset[i] as usize } else { batch.offset[i] as usize };
-            batch.cells.each(v, |i| offset(i) + step[i], frame.to_f32, &mut batch.value);
+            batch.cells.each(v, lanes, |i| offset(i) + step[i], frame.to_f32, &mut batch.value);
         });
     }
 }
@@ -213,7 +207,7 @@ impl<'v, const FAR: bool> Kernel<Frame<'v>, Batch> for FetchCorners<FAR> {
             if FAR {
                 batch.cells.far_corners(v, &batch.far_offset, frame.to_f32, &mut batch.corners);
             } else {
-                batch.cells.corners(v, &batch.offset, frame.to_f32, &mut batch.corners);
+                batch.cells.corners::<L, _>(v, &batch.offset, batch.rows, frame.to_f32, &mut batch.corners);
             }
         });
     }
@@ -231,11 +225,11 @@ pub(crate) struct Guard;
 impl<'v> Kernel<Frame<'v>, Batch> for Guard {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
-        for r in 0..SIDE {
+        for_rows!(batch.rows, r => {
             let v = L::load(row(&batch.value, r));
             let finite = finite::<L>(v);
             L::store(L::select(finite, v, L::splat(frame.table_low)), row_mut(&mut batch.value, r));
             batch.mask &= !(0xff << (8 * r)) | u64::from(L::bits(finite)) << (8 * r);
-        }
+        });
     }
 }

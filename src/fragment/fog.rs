@@ -1,6 +1,6 @@
 //! Fog on premultiplied colour: C' = f C + (1 - f) A C_fog; the literal formula leaves A out.
 
-use super::batch::{Batch, Frame, SIDE, row, row_mut};
+use super::batch::{Batch, Frame, for_rows, row, row_mut};
 use crate::lanes::math::exp_negative;
 use crate::lanes::{Kernel, Lanes};
 use crate::scene::FogMode;
@@ -29,9 +29,9 @@ impl<'v> Kernel<Frame<'v>, Batch> for FogPlanar {
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
         let Some(fog) = frame.fog else { return };
         let f = L::splat(batch.fog);
-        for r in 0..SIDE {
+        for_rows!(batch.shown, r => {
             mix::<L>(batch, r, f, fog.color, fog.weighted);
-        }
+        });
     }
 }
 
@@ -39,10 +39,10 @@ impl<'v> Kernel<Frame<'v>, Batch> for FogEach {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
         let Some(fog) = frame.fog else { return };
-        for r in 0..SIDE {
+        for_rows!(batch.shown, r => {
             let f = L::load(row(&batch.fog_each, r));
             mix::<L>(batch, r, f, fog.color, fog.weighted);
-        }
+        });
     }
 }
 
@@ -57,7 +57,7 @@ impl<'v> Kernel<Frame<'v>, Batch> for FogRadial {
         let Some(fog) = frame.fog else { return };
         let (zero, one) = (L::splat(0.0), L::splat(1.0));
         let depth = L::splat(batch.depth);
-        for r in 0..SIDE {
+        for_rows!(batch.shown, r => {
             // Perspective: slant stretches the depth. Orthographic: slant is 1 and the plane coordinates are distances.
             let along = L::mul(depth, L::load(row(&batch.pixels.slant, r)));
             let z = L::sqrt(L::add(L::mul(along, along), L::load(row(&batch.pixels.plane_squared, r))));
@@ -77,6 +77,6 @@ impl<'v> Kernel<Frame<'v>, Batch> for FogRadial {
                 }
             };
             mix::<L>(batch, r, L::min(L::max(f, zero), one), fog.color, fog.weighted);
-        }
+        });
     }
 }

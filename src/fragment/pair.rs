@@ -1,6 +1,6 @@
 //! Classification of pre-integrated slabs: by the values at both sides, one of them kept from the slice before.
 
-use super::batch::{Batch, Frame, SIDE, row, row_mut};
+use super::batch::{Batch, Frame, for_rows, row, row_mut};
 use super::classify::{keep, lerp, position};
 use super::fetch::finite;
 use crate::lanes::{Kernel, Lanes};
@@ -34,9 +34,9 @@ fn remember<L: Lanes>(batch: &mut Batch, r: usize) {
 impl<'v> Kernel<Frame<'v>, Batch> for KeepValue {
     #[inline(always)]
     fn run<L: Lanes>(_: &Frame<'v>, batch: &mut Batch) {
-        for r in 0..SIDE {
+        for_rows!(batch.rows, r => {
             remember::<L>(batch, r);
-        }
+        });
     }
 }
 
@@ -46,7 +46,9 @@ impl<'v, const SPLIT: bool, const SECOND: bool, const FINE: bool> Kernel<Frame<'
         let slice = L::splat_i(batch.slice);
         let (side, last) = (L::splat(frame.table_last + 1.0), L::splat(frame.table_last - 1.0));
         let side_i = L::trunc(side);
-        for r in 0..SIDE {
+        let clear = L::splat(frame.clear);
+        let mut shown = 0;
+        for_rows!(batch.rows, r => {
             let back = L::load(row(&batch.value, r));
             let first = L::load_i(row(&batch.pixels.first, r));
             let previous = L::load(row(&batch.pixels.previous[0], r));
@@ -75,24 +77,29 @@ impl<'v, const SPLIT: bool, const SECOND: bool, const FINE: bool> Kernel<Frame<'
                 b = L::min(L::max(to, low), high);
             }
             let (x, y) = (position::<L, SPLIT>(frame, a), position::<L, SPLIT>(frame, b));
-            let (i, j) = (L::min(L::to_f(L::trunc(x)), last), L::trunc(y));
-            let u = L::sub(x, i);
-            let v = L::sub(y, L::to_f(j));
-            // Whole numbers below 2^24: exact in f32.
-            let index = L::add_i(L::trunc(L::mul(i, side)), j);
-            let mut color = lerp::<L>(L::lookup(&frame.table, index, v), L::lookup(&frame.table, L::add_i(index, side_i), v), u);
-            if let (true, Some((table, [offset, factor, end]))) = (FINE, &frame.fine) {
-                let mean = L::mul(L::add(x, y), L::splat(0.5));
-                let at = L::mul(L::sub(mean, L::splat(*offset)), L::splat(*factor));
-                let at = L::min(L::max(at, L::splat(0.0)), L::splat(*end));
-                let entry = L::trunc(at);
-                let one = L::lookup(table, entry, L::sub(at, L::to_f(entry)));
-                let apart = L::min(L::max(L::sub(x, y), L::sub(y, x)), L::splat(1.0));
-                color = lerp::<L>(one, color, apart);
+            // Nothing shows between two values below the first that does.
+            if L::bits(L::le(clear, L::max(x, y))) != 0 {
+                shown |= 1 << r;
+                let (i, j) = (L::min(L::to_f(L::trunc(x)), last), L::trunc(y));
+                let u = L::sub(x, i);
+                let v = L::sub(y, L::to_f(j));
+                // Whole numbers below 2^24: exact in f32.
+                let index = L::add_i(L::trunc(L::mul(i, side)), j);
+                let mut color = lerp::<L>(L::lookup(&frame.table, index, v), L::lookup(&frame.table, L::add_i(index, side_i), v), u);
+                if let (true, Some((table, [offset, factor, end]))) = (FINE, &frame.fine) {
+                    let mean = L::mul(L::add(x, y), L::splat(0.5));
+                    let at = L::mul(L::sub(mean, L::splat(*offset)), L::splat(*factor));
+                    let at = L::min(L::max(at, L::splat(0.0)), L::splat(*end));
+                    let entry = L::trunc(at);
+                    let one = L::lookup(table, entry, L::sub(at, L::to_f(entry)));
+                    let apart = L::min(L::max(L::sub(x, y), L::sub(y, x)), L::splat(1.0));
+                    color = lerp::<L>(one, color, apart);
+                }
+                let [red, green, blue, alpha] = color;
+                keep::<L>(batch, r, [L::keep(whole, red), L::keep(whole, green), L::keep(whole, blue), L::keep(whole, alpha)]);
             }
-            let [red, green, blue, alpha] = color;
-            keep::<L>(batch, r, [L::keep(whole, red), L::keep(whole, green), L::keep(whole, blue), L::keep(whole, alpha)]);
             remember::<L>(batch, r);
-        }
+        });
+        batch.shown = shown;
     }
 }

@@ -3,7 +3,7 @@
 //! The first colour channel of a pixel keeps the value so far, its transmittance falls to 0 once the result stands (local
 //! maximum, surface). Slices come front to back.
 
-use super::batch::{Batch, Frame, SIDE, row, row_mut};
+use super::batch::{Batch, Frame, for_rows, row, row_mut, spread};
 use crate::lanes::{Kernel, Lanes};
 
 /// Stored value of pixels that no fragment has reached: below every finite value.
@@ -25,20 +25,20 @@ pub(crate) struct ProjectIso;
 impl<'v> Kernel<Frame<'v>, Batch> for ProjectMax {
     #[inline(always)]
     fn run<L: Lanes>(_: &Frame<'v>, batch: &mut Batch) {
-        for r in 0..SIDE {
+        for_rows!(batch.rows, r => {
             let covered = L::from_bits((batch.mask >> (8 * r)) as u8);
             let best = row_mut(&mut batch.pixels.color[0], r);
             let old = L::load(best);
             let new = L::max(L::load(row(&batch.value, r)), old);
             L::store(L::select(covered, new, old), best);
-        }
+        });
     }
 }
 
 impl<'v> Kernel<Frame<'v>, Batch> for ProjectMin {
     #[inline(always)]
     fn run<L: Lanes>(_: &Frame<'v>, batch: &mut Batch) {
-        for r in 0..SIDE {
+        for_rows!(batch.rows, r => {
             let covered = L::from_bits((batch.mask >> (8 * r)) as u8);
             let value = L::load(row(&batch.value, r));
             let best = row_mut(&mut batch.pixels.color[0], r);
@@ -46,7 +46,7 @@ impl<'v> Kernel<Frame<'v>, Batch> for ProjectMin {
             let unset = L::le(old, L::splat(NOTHING));
             let new = L::select(unset, value, L::min(value, old));
             L::store(L::select(covered, new, old), best);
-        }
+        });
     }
 }
 
@@ -54,7 +54,7 @@ impl<'v> Kernel<Frame<'v>, Batch> for ProjectAverage {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
         let low = L::splat(frame.table_low);
-        for r in 0..SIDE {
+        for_rows!(batch.rows, r => {
             let covered = L::from_bits((batch.mask >> (8 * r)) as u8);
             let length = L::keep(covered, L::load(row(&batch.length, r)));
             // Relative to the low end, so that an offset common to all values costs no digits.
@@ -63,19 +63,19 @@ impl<'v> Kernel<Frame<'v>, Batch> for ProjectAverage {
             L::store(L::add(L::load(sum), L::mul(length, value)), sum);
             let lengths = row_mut(&mut batch.pixels.color[1], r);
             L::store(L::add(L::load(lengths), length), lengths);
-        }
+        });
     }
 }
 
 impl<'v> Kernel<Frame<'v>, Batch> for ProjectAdd {
     #[inline(always)]
     fn run<L: Lanes>(_: &Frame<'v>, batch: &mut Batch) {
-        for r in 0..SIDE {
+        for_rows!(batch.shown, r => {
             for (sum, channel) in batch.pixels.color.iter_mut().zip(&batch.color).chain([(&mut batch.pixels.transmittance, &batch.alpha)]) {
                 let sum = row_mut(sum, r);
                 L::store(L::add(L::load(sum), L::load(row(channel, r))), sum);
             }
-        }
+        });
     }
 }
 
@@ -85,8 +85,8 @@ impl<'v> Kernel<Frame<'v>, Batch> for ProjectLmip {
         let level = L::splat(frame.level);
         let zero = L::splat(0.0);
         let slice = L::splat_i(batch.slice);
-        let mut alive = 0;
-        for r in 0..SIDE {
+        let mut alive = batch.pixels.alive & !spread(batch.rows);
+        for_rows!(batch.rows, r => {
             let covered = L::from_bits((batch.mask >> (8 * r)) as u8);
             let value = L::load(row(&batch.value, r));
             let left = L::load(row(&batch.pixels.transmittance, r));
@@ -101,9 +101,9 @@ impl<'v> Kernel<Frame<'v>, Batch> for ProjectLmip {
             let old = L::load(most);
             L::store(L::select(go_on, L::max(value, old), old), most);
             let more = L::gt_i(L::load_i(row(&batch.pixels.last, r)), slice);
-            alive |= L::bits(L::and(L::lt(zero, left), more));
-        }
-        batch.pixels.alive = alive != 0;
+            alive |= u64::from(L::bits(L::and(L::lt(zero, left), more))) << (8 * r);
+        });
+        batch.pixels.alive = alive;
     }
 }
 
@@ -113,8 +113,8 @@ impl<'v> Kernel<Frame<'v>, Batch> for ProjectIso {
         let level = L::splat(frame.level);
         let (zero, one) = (L::splat(0.0), L::splat(1.0));
         let slice = L::splat_i(batch.slice);
-        let mut alive = 0;
-        for r in 0..SIDE {
+        let mut alive = batch.pixels.alive & !spread(batch.rows);
+        for_rows!(batch.rows, r => {
             let covered = L::from_bits((batch.mask >> (8 * r)) as u8);
             let value = L::load(row(&batch.value, r));
             let left = L::load(row(&batch.pixels.transmittance, r));
@@ -135,8 +135,8 @@ impl<'v> Kernel<Frame<'v>, Batch> for ProjectIso {
             L::store(left, row_mut(&mut batch.pixels.transmittance, r));
             L::store(L::select(open, value, before), row_mut(&mut batch.pixels.color[0], r));
             let more = L::gt_i(L::load_i(row(&batch.pixels.last, r)), slice);
-            alive |= L::bits(L::and(L::lt(zero, left), more));
-        }
-        batch.pixels.alive = alive != 0;
+            alive |= u64::from(L::bits(L::and(L::lt(zero, left), more))) << (8 * r);
+        });
+        batch.pixels.alive = alive;
     }
 }

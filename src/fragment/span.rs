@@ -26,11 +26,13 @@ impl<'v> Kernel<Frame<'v>, Batch> for SpanPair {
 #[inline(always)]
 fn span<L: Lanes, const LAST: bool>(batch: &mut Batch) {
     let slice = L::splat_i(batch.slice);
-    let mut outside = 0u64;
+    let (mut outside, mut ended) = (0u64, 0u64);
     for r in 0..SIDE {
         let first = L::load_i(row(&batch.pixels.first, r));
         let last = L::load_i(row(&batch.pixels.last, r));
-        outside |= u64::from(L::bits(L::gt_i(first, slice)) | L::bits(L::gt_i(slice, last))) << (8 * r);
+        let over = L::bits(L::gt_i(slice, last));
+        ended |= u64::from(over) << (8 * r);
+        outside |= u64::from(L::bits(L::gt_i(first, slice)) | over) << (8 * r);
         let mut length = L::splat(1.0);
         if LAST {
             length = L::select(L::eq_i(slice, last), L::load(row(&batch.pixels.last_length, r)), length);
@@ -39,4 +41,5 @@ fn span<L: Lanes, const LAST: bool>(batch: &mut Batch) {
         L::store(L::mul(length, L::load(row(&batch.pixels.slant, r))), row_mut(&mut batch.length, r));
     }
     batch.mask = !outside;
+    batch.ended = ended;
 }

@@ -47,6 +47,7 @@ fn frame<'v>(voxels: &'v Voxels, n: &mut Numbers, mode: FogMode, weighted: bool)
         table: Arc::new(LookupTable::new(&colors)),
         table_low: 3.0,
         table_scale: [0.21, 1.0],
+        clear: 0.0,
         table_last: 63.0,
         fine: Some((Arc::new(LookupTable::new(&colors[..40])), [3.0, 0.7, 39.0])),
         terminate: 0.01,
@@ -98,7 +99,7 @@ fn batch(n: &mut Numbers) -> Box<Batch> {
 
 /// Everything a stage may write, as bits.
 fn bits(b: &Batch) -> Vec<u64> {
-    let mut all = vec![b.mask, u64::from(b.pixels.alive)];
+    let mut all = vec![b.mask, b.pixels.alive];
     all.extend(b.offset.iter().map(|&o| o as u64));
     all.extend(b.pixels.previous.iter().flatten().map(|x| if x.is_nan() { u64::MAX } else { u64::from(x.to_bits()) }));
     all.extend(b.pixels.excess.iter().flatten().map(|x| u64::from(x.to_bits())));

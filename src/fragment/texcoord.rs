@@ -4,7 +4,7 @@
 //! no division. They are taken relative to a base voxel near the block, so that their fraction keeps all bits of f32 however
 //! large the volume.
 
-use super::batch::{BATCH, Batch, Frame, SIDE, row_mut};
+use super::batch::{BATCH, Batch, Frame, SIDE, for_rows, row_mut};
 use crate::lanes::{Kernel, Lanes};
 
 /// Fills `weight` and `offset`, for batches whose cells lie within 2^24 voxels of the base voxel.
@@ -13,45 +13,68 @@ pub(crate) struct Texcoord;
 /// Fills `weight` and `far_offset`, for batches that span more.
 pub(crate) struct TexcoordFar;
 
-const COLUMNS: [f32; SIDE] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
+const NUMBERS: [f32; SIDE] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 
-/// Lower corners (in voxels from the base voxel) of one row's cells; their weights are stored.
+/// Lower corners (in voxels from the base voxel) of one row's cells; their weights are stored. `INNER` rows have nothing to clamp.
 #[inline(always)]
-fn cells<L: Lanes>(batch: &mut Batch, across: &[L::F; 3], r: usize) -> [L::F; 3] {
-    [cell::<L>(batch, across, r, 0), cell::<L>(batch, across, r, 1), cell::<L>(batch, across, r, 2)]
+fn cells<L: Lanes, const INNER: bool>(batch: &mut Batch, steps: &Steps<L>, r: usize) -> [L::F; 3] {
+    [cell::<L, INNER>(batch, steps, r, 0), cell::<L, INNER>(batch, steps, r, 1), cell::<L, INNER>(batch, steps, r, 2)]
 }
 
 /// [`cells`] along one axis.
 #[inline(always)]
-fn cell<L: Lanes>(batch: &mut Batch, across: &[L::F; 3], r: usize, axis: usize) -> L::F {
-    let start = batch.origin[axis] + r as f32 * batch.down[axis];
-    let u = L::add(L::splat(start), across[axis]);
-    // Clamp to edge: half a voxel at the border of a `cells` box has the border's value.
-    let u = L::min(L::max(u, L::splat(0.0)), L::splat(batch.reach[axis]));
+fn cell<L: Lanes, const INNER: bool>(batch: &mut Batch, steps: &Steps<L>, r: usize, axis: usize) -> L::F {
+    let mut u = L::add(L::splat(steps.rows[axis][r]), steps.across[axis]);
+    if !INNER {
+        // Clamp to edge: half a voxel at the border of a `cells` box has the border's value.
+        u = L::min(L::max(u, L::splat(0.0)), L::splat(batch.reach[axis]));
+    }
     // u is not negative, so truncation is floor; a lookup on the upper border belongs to the last cell.
-    let cell = L::min(L::to_f(L::trunc(u)), L::splat(batch.top[axis]));
+    let mut cell = L::whole(u);
+    if !INNER {
+        cell = L::min(cell, L::splat(batch.top[axis]));
+    }
     L::store(L::sub(u, cell), row_mut(&mut batch.weight[axis], r));
     cell
 }
 
-/// Offsets of a row's columns from the first along each axis.
+/// Index coordinates of rows' first fragments, and offsets of columns from them, along each axis.
+struct Steps<L: Lanes> {
+    rows: [[f32; SIDE]; 3],
+    across: [L::F; 3],
+}
+
+/// The steps of a batch.
 #[inline(always)]
-fn columns<L: Lanes>(batch: &Batch) -> [L::F; 3] {
+fn steps<L: Lanes>(batch: &Batch) -> Steps<L> {
+    let numbers = L::load(&NUMBERS);
     let [x, y, z] = batch.across;
-    let column = L::load(&COLUMNS);
-    [L::mul(column, L::splat(x)), L::mul(column, L::splat(y)), L::mul(column, L::splat(z))]
+    let mut rows = [[0.0; SIDE]; 3];
+    for axis in 0..3 {
+        L::store(L::add(L::splat(batch.origin[axis]), L::mul(numbers, L::splat(batch.down[axis]))), &mut rows[axis]);
+    }
+    Steps { rows, across: [L::mul(numbers, L::splat(x)), L::mul(numbers, L::splat(y)), L::mul(numbers, L::splat(z))] }
+}
+
+#[inline(always)]
+fn near<L: Lanes, const INNER: bool>(frame: &Frame<'_>, batch: &mut Batch) {
+    let steps = steps::<L>(batch);
+    let (sy, sz) = (L::splat(frame.strides[1] as f32), L::splat(frame.strides[2] as f32));
+    for_rows!(batch.rows, r => {
+        let [x, y, z] = cells::<L, INNER>(batch, &steps, r);
+        // Whole numbers below 2^24: exact in f32.
+        let offset = L::add(L::add(x, L::mul(y, sy)), L::mul(z, sz));
+        L::store_i(L::trunc(offset), row_mut(&mut batch.offset, r));
+    });
 }
 
 impl<'v> Kernel<Frame<'v>, Batch> for Texcoord {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
-        let across = columns::<L>(batch);
-        let (sy, sz) = (L::splat(frame.strides[1] as f32), L::splat(frame.strides[2] as f32));
-        for r in 0..SIDE {
-            let [x, y, z] = cells::<L>(batch, &across, r);
-            // Whole numbers below 2^24: exact in f32.
-            let offset = L::add(L::add(x, L::mul(y, sy)), L::mul(z, sz));
-            L::store_i(L::trunc(offset), row_mut(&mut batch.offset, r));
+        if batch.inner {
+            near::<L, true>(frame, batch);
+        } else {
+            near::<L, false>(frame, batch);
         }
     }
 }
@@ -59,10 +82,10 @@ impl<'v> Kernel<Frame<'v>, Batch> for Texcoord {
 impl<'v> Kernel<Frame<'v>, Batch> for TexcoordFar {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
-        let across = columns::<L>(batch);
+        let steps = steps::<L>(batch);
         let mut lower = [[0.0f32; BATCH]; 3];
         for r in 0..SIDE {
-            let cell = cells::<L>(batch, &across, r);
+            let cell = cells::<L, false>(batch, &steps, r);
             for axis in 0..3 {
                 L::store(cell[axis], row_mut(&mut lower[axis], r));
             }

@@ -28,21 +28,27 @@ macro_rules! op {
     };
 }
 
-/// Interpolated entries of lanes i and i + 4, which share a register, so that a transposition stays within 128-bit halves.
+/// Interpolated entries of lanes I and I + 4, which share a register, so that a transposition stays within 128-bit halves.
+///
+/// # Safety
+/// `at[I]` and `at[I + 4]` are offsets in bytes of entries of the table behind `from`, each followed by another entry.
 #[inline(always)]
-fn row(table: &LookupTable, at: &[i32; WIDTH], frac: &[f32; WIDTH], i: usize) -> __m256 {
-    let (low, high) = (table.get(at[i]), table.get(at[i + 4]));
-    // SAFETY: four f32 behind each reference.
-    let (value, step) =
-        unsafe { (_mm256_loadu2_m128(high.value.as_ptr(), low.value.as_ptr()), _mm256_loadu2_m128(high.step.as_ptr(), low.step.as_ptr())) };
-    let frac = op!(_mm256_set_m128(_mm_set1_ps(frac[i + 4]), _mm_set1_ps(frac[i])));
-    Avx2::add(value, Avx2::mul(step, frac))
+unsafe fn row<const I: usize, const SPREAD: i32>(from: *const f32, at: &[u32; WIDTH], frac: __m256) -> __m256 {
+    // SAFETY: the caller's.
+    let (value, next) = unsafe {
+        let (low, high) = (from.byte_add(at[I] as usize), from.byte_add(at[I + 4] as usize));
+        (_mm256_loadu2_m128(high, low), _mm256_loadu2_m128(high.add(4), low.add(4)))
+    };
+    // Lane I of either half, four times.
+    let frac = op!(_mm256_permute_ps::<SPREAD>(frac));
+    Avx2::add(value, Avx2::mul(Avx2::sub(next, value), frac))
 }
 
 impl Lanes for Avx2 {
     type F = __m256;
     type I = __m256i;
     type M = __m256;
+    type D = [__m256d; 2];
 
     #[inline(always)]
     fn splat(x: f32) -> __m256 {
@@ -123,6 +129,23 @@ impl Lanes for Avx2 {
         op!(_mm256_cvttps_epi32(x))
     }
     #[inline(always)]
+    fn whole(x: __m256) -> __m256 {
+        op!(_mm256_round_ps::<{ _MM_FROUND_TO_ZERO | _MM_FROUND_NO_EXC }>(x))
+    }
+    #[inline(always)]
+    fn byte<const N: i32>(x: __m256i) -> __m256 {
+        op!(_mm256_cvtepi32_ps(match N {
+            0 => _mm256_and_si256(x, _mm256_set1_epi32(0xff)),
+            3 => _mm256_srli_epi32::<24>(x),
+            // The byte goes to the lowest place of its lane, zeros to the others.
+            _ => {
+                let from = |lane: i32| (lane * 4 + N) | i32::from_le_bytes([0, 0x80, 0x80, 0x80]);
+                let (a, b, c, d) = (from(0), from(1), from(2), from(3));
+                _mm256_shuffle_epi8(x, _mm256_setr_epi32(a, b, c, d, a, b, c, d))
+            }
+        }))
+    }
+    #[inline(always)]
     fn to_f(x: __m256i) -> __m256 {
         op!(_mm256_cvtepi32_ps(x))
     }
@@ -139,6 +162,10 @@ impl Lanes for Avx2 {
     fn store_i(x: __m256i, to: &mut [i32; WIDTH]) {
         // SAFETY: eight i32 behind the reference; unaligned is allowed.
         unsafe { _mm256_storeu_si256(to.as_mut_ptr().cast(), x) }
+    }
+    #[inline(always)]
+    fn set_i(x: [i32; WIDTH]) -> __m256i {
+        op!(_mm256_setr_epi32(x[0], x[1], x[2], x[3], x[4], x[5], x[6], x[7]))
     }
     #[inline(always)]
     fn add_i(a: __m256i, b: __m256i) -> __m256i {
@@ -159,6 +186,18 @@ impl Lanes for Avx2 {
     #[inline(always)]
     fn sar<const N: i32>(a: __m256i) -> __m256i {
         op!(_mm256_srai_epi32::<N>(a))
+    }
+    #[inline(always)]
+    fn min_i(a: __m256i, b: __m256i) -> __m256i {
+        op!(_mm256_min_epi32(a, b))
+    }
+    #[inline(always)]
+    fn max_i(a: __m256i, b: __m256i) -> __m256i {
+        op!(_mm256_max_epi32(a, b))
+    }
+    #[inline(always)]
+    fn select_i(m: __m256, a: __m256i, b: __m256i) -> __m256i {
+        op!(_mm256_blendv_epi8(b, a, _mm256_castps_si256(m)))
     }
     #[inline(always)]
     fn eq_i(a: __m256i, b: __m256i) -> __m256 {
@@ -182,12 +221,89 @@ impl Lanes for Avx2 {
         unsafe { _mm256_cvtepu16_epi32(_mm_loadu_si128(from.as_ptr().cast())) }
     }
     #[inline(always)]
+    fn splat_d(x: f64) -> Self::D {
+        op!([_mm256_set1_pd(x); 2])
+    }
+    #[inline(always)]
+    fn load_d(from: &[f64; WIDTH]) -> Self::D {
+        // SAFETY: eight f64 behind the reference; unaligned is allowed.
+        unsafe { [_mm256_loadu_pd(from.as_ptr()), _mm256_loadu_pd(from.as_ptr().add(4))] }
+    }
+    #[cfg(test)]
+    #[inline(always)]
+    fn store_d(x: Self::D, to: &mut [f64; WIDTH]) {
+        // SAFETY: eight f64 behind the reference; unaligned is allowed.
+        unsafe {
+            _mm256_storeu_pd(to.as_mut_ptr(), x[0]);
+            _mm256_storeu_pd(to.as_mut_ptr().add(4), x[1]);
+        }
+    }
+    #[inline(always)]
+    fn add_d(a: Self::D, b: Self::D) -> Self::D {
+        op!([_mm256_add_pd(a[0], b[0]), _mm256_add_pd(a[1], b[1])])
+    }
+    #[inline(always)]
+    fn sub_d(a: Self::D, b: Self::D) -> Self::D {
+        op!([_mm256_sub_pd(a[0], b[0]), _mm256_sub_pd(a[1], b[1])])
+    }
+    #[inline(always)]
+    fn mul_d(a: Self::D, b: Self::D) -> Self::D {
+        op!([_mm256_mul_pd(a[0], b[0]), _mm256_mul_pd(a[1], b[1])])
+    }
+    #[inline(always)]
+    fn div_d(a: Self::D, b: Self::D) -> Self::D {
+        op!([_mm256_div_pd(a[0], b[0]), _mm256_div_pd(a[1], b[1])])
+    }
+    #[inline(always)]
+    fn min_d(a: Self::D, b: Self::D) -> Self::D {
+        op!([_mm256_min_pd(a[0], b[0]), _mm256_min_pd(a[1], b[1])])
+    }
+    #[inline(always)]
+    fn max_d(a: Self::D, b: Self::D) -> Self::D {
+        op!([_mm256_max_pd(a[0], b[0]), _mm256_max_pd(a[1], b[1])])
+    }
+    #[inline(always)]
+    fn lt_d(a: Self::D, b: Self::D) -> u8 {
+        op!({
+            let (low, high) = (_mm256_cmp_pd::<_CMP_LT_OQ>(a[0], b[0]), _mm256_cmp_pd::<_CMP_LT_OQ>(a[1], b[1]));
+            (_mm256_movemask_pd(low) | _mm256_movemask_pd(high) << 4) as u8
+        })
+    }
+    #[inline(always)]
+    fn le_d(a: Self::D, b: Self::D) -> u8 {
+        op!({
+            let (low, high) = (_mm256_cmp_pd::<_CMP_LE_OQ>(a[0], b[0]), _mm256_cmp_pd::<_CMP_LE_OQ>(a[1], b[1]));
+            (_mm256_movemask_pd(low) | _mm256_movemask_pd(high) << 4) as u8
+        })
+    }
+    #[inline(always)]
+    fn trunc_d(x: Self::D) -> __m256i {
+        op!(_mm256_set_m128i(_mm256_cvttpd_epi32(x[1]), _mm256_cvttpd_epi32(x[0])))
+    }
+    #[inline(always)]
+    fn to_d(x: __m256i) -> Self::D {
+        op!([_mm256_cvtepi32_pd(_mm256_castsi256_si128(x)), _mm256_cvtepi32_pd(_mm256_extracti128_si256::<1>(x))])
+    }
+    #[inline(always)]
+    fn narrow(x: Self::D) -> __m256 {
+        op!(_mm256_set_m128(_mm256_cvtpd_ps(x[1]), _mm256_cvtpd_ps(x[0])))
+    }
+    #[inline(always)]
     fn lookup(table: &LookupTable, index: __m256i, fraction: __m256) -> [__m256; 4] {
-        let mut at = [0; WIDTH];
-        Self::store_i(index, &mut at);
-        let mut frac = [0.0; WIDTH];
-        Self::store(fraction, &mut frac);
-        let (a, b, c, d) = (row(table, &at, &frac, 0), row(table, &at, &frac, 1), row(table, &at, &frac, 2), row(table, &at, &frac, 3));
+        let (from, mask) = table.raw();
+        let mut at = [0u32; WIDTH];
+        // Entries take sixteen bytes.
+        let bytes = op!(_mm256_slli_epi32::<4>(_mm256_and_si256(index, _mm256_set1_epi32(mask as i32))));
+        Self::store_i(bytes, bytemuck::cast_mut(&mut at));
+        // SAFETY: indices are masked to those of entries with a next one.
+        let (a, b, c, d) = unsafe {
+            (
+                row::<0, 0b00_00_00_00>(from, &at, fraction),
+                row::<1, 0b01_01_01_01>(from, &at, fraction),
+                row::<2, 0b10_10_10_10>(from, &at, fraction),
+                row::<3, 0b11_11_11_11>(from, &at, fraction),
+            )
+        };
         op!({
             let (ab_lo, ab_hi) = (_mm256_unpacklo_ps(a, b), _mm256_unpackhi_ps(a, b));
             let (cd_lo, cd_hi) = (_mm256_unpacklo_ps(c, d), _mm256_unpackhi_ps(c, d));

@@ -8,6 +8,7 @@
 //!   pair 3: 1,1   o--o
 //! ```
 
+use super::{Lanes, WIDTH, for_rows};
 use crate::volume::Voxel;
 
 /// Fragments of a batch.
@@ -30,6 +31,8 @@ pub(crate) struct CellLoad {
     pub(crate) base: usize,
     /// Distance in voxels to the next voxel along x, y and z.
     pub(crate) strides: [usize; 3],
+    /// Distance in voxels from a fragment's cell to the one it will have on the next slice, to within a voxel along each axis.
+    pub(crate) ahead: isize,
 }
 
 /// How stored values that f32 does not hold well are brought near zero and one: value * gain - bias, in f64.
@@ -41,6 +44,18 @@ pub(crate) struct ToF32 {
     pub(crate) bias: f64,
 }
 
+/// The eight numbers of row `r`.
+#[inline(always)]
+fn row<T: bytemuck::Pod>(array: &[T; BATCH], r: usize) -> &[T; WIDTH] {
+    &bytemuck::cast_ref::<[T; BATCH], [[T; WIDTH]; BATCH / WIDTH]>(array)[r]
+}
+
+/// As [`row`], to write.
+#[inline(always)]
+fn row_mut<T: bytemuck::Pod>(array: &mut [T; BATCH], r: usize) -> &mut [T; WIDTH] {
+    &mut bytemuck::cast_mut::<[T; BATCH], [[T; WIDTH]; BATCH / WIDTH]>(array)[r]
+}
+
 /// A voxel as f32.
 #[inline(always)]
 fn convert<T: Voxel>(voxel: T, map: Option<ToF32>) -> f32 {
@@ -50,38 +65,69 @@ fn convert<T: Voxel>(voxel: T, map: Option<ToF32>) -> f32 {
     }
 }
 
+/// Asks for the memory at `at` to be brought near. Where it lies does not matter: what cannot be read is ignored.
+#[inline(always)]
+fn prefetch<T>(at: *const T) {
+    #[cfg(target_arch = "x86_64")]
+    // SAFETY: a hint that reads nothing; SSE is part of x86-64.
+    unsafe {
+        std::arch::x86_64::_mm_prefetch::<{ std::arch::x86_64::_MM_HINT_T0 }>(at.cast());
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = at;
+}
+
 impl CellLoad {
-    /// Whether all corners of all cells at `base + offsets` lie within `len` voxels.
+    /// Distance from a cell's lowest corner to its highest.
     #[inline(always)]
-    fn fits(&self, offsets: &[i32; BATCH], len: usize) -> bool {
-        let (mut low, mut high) = (i32::MAX, i32::MIN);
-        for &o in offsets {
-            low = low.min(o);
-            high = high.max(o);
-        }
-        let reach = self.strides[0]
-            .checked_add(self.strides[1])
-            .and_then(|s| s.checked_add(self.strides[2]))
-            .and_then(|s| s.checked_add(self.base));
-        low >= 0 && reach.and_then(|r| r.checked_add(high as usize)).is_some_and(|last| last < len)
+    fn reach(&self) -> Option<usize> {
+        self.strides[0].checked_add(self.strides[1])?.checked_add(self.strides[2])
     }
 
-    /// Loads every corner on its own, whatever the strides, as f32, through `map` where one is given.
+    /// Whether all corners of all cells at `base + offsets` in `rows` lie within `len` voxels.
+    #[inline(always)]
+    fn fits<L: Lanes>(&self, offsets: &[i32; BATCH], rows: u8, len: usize) -> bool {
+        // The largest offset whose cell has all its corners inside.
+        let room = self.reach().and_then(|r| len.checked_sub(1)?.checked_sub(r)?.checked_sub(self.base));
+        let Some(room) = room else { return false };
+        let limit = L::splat_i(i32::try_from(room).unwrap_or(i32::MAX));
+        let mut outside = 0;
+        for_rows!(rows, r => {
+            let o = L::load_i(row(offsets, r));
+            outside |= L::bits(L::gt_i(o, limit)) | L::bits(L::gt_i(L::splat_i(0), o));
+        });
+        outside == 0
+    }
+
+    /// Loads every corner of the cells in `rows` on its own, whatever the strides, as f32, through `map` where one is given.
     ///
     /// # Panics
     /// When a corner lies outside `voxels`: a bug of the caller's.
     #[inline(always)]
-    pub(crate) fn corners<T: Voxel>(&self, voxels: &[T], offsets: &[i32; BATCH], map: Option<ToF32>, out: &mut Corners) {
-        assert!(self.fits(offsets, voxels.len()), "cell outside the volume");
+    pub(crate) fn corners<L: Lanes, T: Voxel>(
+        &self,
+        voxels: &[T],
+        offsets: &[i32; BATCH],
+        rows: u8,
+        map: Option<ToF32>,
+        out: &mut Corners,
+    ) {
+        assert!(self.fits::<L>(offsets, rows, voxels.len()), "cell outside the volume");
         let [dx, dy, dz] = self.strides;
         let steps = [0, dx, dy, dy + dx, dz, dz + dx, dz + dy, dz + dy + dx];
-        for i in 0..BATCH {
-            let at = self.base + offsets[i] as usize;
-            for (corner, step) in out.0.iter_mut().zip(steps) {
-                // SAFETY: `fits` has shown that base + offset + dx + dy + dz, the largest index of all, is inside.
-                corner[i] = convert(unsafe { *voxels.get_unchecked(at + step) }, map);
+        for_rows!(rows, r => {
+            let offsets = row(offsets, r);
+            for (i, &offset) in offsets.iter().enumerate() {
+                let at = self.base + offset as usize;
+                if i % 2 == 0 {
+                    prefetch(voxels.as_ptr().wrapping_add(at + if i % 4 == 0 { dz } else { 0 }).wrapping_offset(self.ahead));
+                }
+                for (corner, step) in out.0.iter_mut().zip(steps) {
+                    // SAFETY: `fits` has shown that base + offset + dx + dy + dz, the largest index of all, is inside.
+                    corner[WIDTH * r + i] = convert(unsafe { *voxels.get_unchecked(at + step) }, map);
+                }
             }
-        }
+        });
     }
 
     /// As [`CellLoad::corners`], for offsets that leave the range of i32; every index is checked.
@@ -100,13 +146,20 @@ impl CellLoad {
         }
     }
 
-    /// Loads the voxel at `base + offset(i)` for fragment i; every index is checked.
+    /// Loads the voxel at `base + offset(i)` for each fragment i of `lanes`; every index is checked.
     ///
     /// # Panics
     /// When a voxel lies outside `voxels`: a bug of the caller's.
     #[inline(always)]
-    pub(crate) fn each<T: Voxel>(&self, voxels: &[T], offset: impl Fn(usize) -> usize, map: Option<ToF32>, out: &mut [f32; BATCH]) {
-        for i in 0..BATCH {
+    pub(crate) fn each<T: Voxel>(
+        &self,
+        voxels: &[T],
+        lanes: u64,
+        offset: impl Fn(usize) -> usize,
+        map: Option<ToF32>,
+        out: &mut [f32; BATCH],
+    ) {
+        for i in (0..BATCH).filter(|i| lanes >> i & 1 == 1) {
             out[i] = convert(voxels[self.base + offset(i)], map);
         }
     }
@@ -116,17 +169,23 @@ impl CellLoad {
     /// # Panics
     /// When a corner lies outside `voxels` or the stride along x is not 1: a bug of the caller's.
     #[inline(always)]
-    pub(crate) fn pairs8(&self, voxels: &[u8], offsets: &[i32; BATCH], out: &mut Pairs<u16>) {
-        assert!(self.strides[0] == 1 && self.fits(offsets, voxels.len()), "cell outside the volume");
+    pub(crate) fn pairs8<L: Lanes>(&self, voxels: &[u8], offsets: &[i32; BATCH], rows: u8, out: &mut Pairs<u16>) {
+        assert!(self.strides[0] == 1 && self.fits::<L>(offsets, rows, voxels.len()), "cell outside the volume");
         let [_, dy, dz] = self.strides;
         let from = voxels.as_ptr().wrapping_add(self.base);
-        for i in 0..BATCH {
-            let at = offsets[i] as usize;
-            for (pair, step) in out.0.iter_mut().zip([0, dy, dz, dz + dy]) {
-                // SAFETY: `fits` has shown that base + offset + 1 + dy + dz is inside, so both bytes are; the read may be unaligned.
-                pair[i] = u16::from_le(unsafe { from.add(at + step).cast::<u16>().read_unaligned() });
+        for_rows!(rows, r => {
+            let offsets = row(offsets, r);
+            for (i, &offset) in offsets.iter().enumerate() {
+                let at = offset as usize;
+                if i % 2 == 0 {
+                    prefetch(from.wrapping_add(at + if i % 4 == 0 { dz } else { 0 }).wrapping_offset(self.ahead));
+                }
+                for (pair, step) in out.0.iter_mut().zip([0, dy, dz, dz + dy]) {
+                    // SAFETY: `fits` has shown that base + offset + 1 + dy + dz is inside, so both bytes are; the read may be unaligned.
+                    pair[WIDTH * r + i] = u16::from_le(unsafe { from.add(at + step).cast::<u16>().read_unaligned() });
+                }
             }
-        }
+        });
     }
 
     /// Loads four corners at a time from 8-bit voxels packed with their neighbours along y: into the first row of `out` those at
@@ -135,18 +194,34 @@ impl CellLoad {
     /// # Panics
     /// As [`CellLoad::pairs8`].
     #[inline(always)]
-    pub(crate) fn quads8(&self, packed: &[u16], offsets: &[i32; BATCH], out: &mut Pairs<u32>) {
-        assert!(self.strides[0] == 1 && self.fits(offsets, packed.len()), "cell outside the volume");
+    pub(crate) fn quads8<L: Lanes>(&self, packed: &[u16], offsets: &[i32; BATCH], rows: u8, out: &mut Pairs<u32>) {
+        assert!(self.strides[0] == 1 && self.fits::<L>(offsets, rows, packed.len()), "cell outside the volume");
         let from = packed.as_ptr().wrapping_add(self.base);
-        let dz = self.strides[2];
-        for i in 0..BATCH {
-            let at = offsets[i] as usize;
-            for (quad, step) in out.0.iter_mut().zip([0, dz]) {
-                // SAFETY: `fits` has shown that base + offset + 1 + dz is inside, so both pairs are; the read may be unaligned.
-                let both = unsafe { from.add(at + step).cast::<u32>().read_unaligned() };
-                quad[i] = if cfg!(target_endian = "big") { both.rotate_left(16) } else { both };
-            }
-        }
+        let next = from.wrapping_offset(self.ahead);
+        // SAFETY (of every call): `fits` has shown that base + offset + 1 + dz is inside, so both pairs are inside; the read may be unaligned.
+        let quad = |from: *const u16, at: i32| {
+            let both = unsafe { from.add(at as usize).cast::<i32>().read_unaligned() };
+            if cfg!(target_endian = "big") { both.rotate_left(16) } else { both }
+        };
+        let far = from.wrapping_add(self.strides[2]);
+        let next_far = next.wrapping_add(self.strides[2]);
+        for_rows!(rows, r => {
+            let o = row(offsets, r);
+            prefetch(next_far.wrapping_add(o[0] as usize));
+            prefetch(next.wrapping_add(o[2] as usize));
+            prefetch(next_far.wrapping_add(o[4] as usize));
+            prefetch(next.wrapping_add(o[6] as usize));
+            let near = L::set_i([
+                quad(from, o[0]), quad(from, o[1]), quad(from, o[2]), quad(from, o[3]),
+                quad(from, o[4]), quad(from, o[5]), quad(from, o[6]), quad(from, o[7]),
+            ]);
+            let far = L::set_i([
+                quad(far, o[0]), quad(far, o[1]), quad(far, o[2]), quad(far, o[3]),
+                quad(far, o[4]), quad(far, o[5]), quad(far, o[6]), quad(far, o[7]),
+            ]);
+            L::store_i(near, bytemuck::cast_mut(row_mut(&mut out.0[0], r)));
+            L::store_i(far, bytemuck::cast_mut(row_mut(&mut out.0[1], r)));
+        });
     }
 
     /// Loads two neighbours along x at a time, for 16-bit voxels. Needs a stride of 1 along x.
@@ -154,18 +229,31 @@ impl CellLoad {
     /// # Panics
     /// As [`CellLoad::pairs8`].
     #[inline(always)]
-    pub(crate) fn pairs16(&self, voxels: &[u16], offsets: &[i32; BATCH], out: &mut Pairs<u32>) {
-        assert!(self.strides[0] == 1 && self.fits(offsets, voxels.len()), "cell outside the volume");
+    pub(crate) fn pairs16<L: Lanes>(&self, voxels: &[u16], offsets: &[i32; BATCH], rows: u8, out: &mut Pairs<u32>) {
+        assert!(self.strides[0] == 1 && self.fits::<L>(offsets, rows, voxels.len()), "cell outside the volume");
         let [_, dy, dz] = self.strides;
         let from = voxels.as_ptr().wrapping_add(self.base);
-        for i in 0..BATCH {
-            let at = offsets[i] as usize;
-            for (pair, step) in out.0.iter_mut().zip([0, dy, dz, dz + dy]) {
-                // SAFETY: as in `pairs8`, for two 16-bit voxels.
-                let both = unsafe { from.add(at + step).cast::<u32>().read_unaligned() };
-                // On a big-endian machine the nearer voxel comes in the high half.
-                pair[i] = if cfg!(target_endian = "big") { both.rotate_left(16) } else { both };
+        let next = from.wrapping_offset(self.ahead);
+        // SAFETY (of every call): as in `quads8`, for two 16-bit voxels.
+        let pair = |from: *const u16, at: i32| {
+            let both = unsafe { from.add(at as usize).cast::<i32>().read_unaligned() };
+            // On a big-endian machine the nearer voxel comes in the high half.
+            if cfg!(target_endian = "big") { both.rotate_left(16) } else { both }
+        };
+        for_rows!(rows, r => {
+            let o = row(offsets, r);
+            prefetch(next.wrapping_add(dz).wrapping_add(o[0] as usize));
+            prefetch(next.wrapping_add(o[2] as usize));
+            prefetch(next.wrapping_add(dz).wrapping_add(o[4] as usize));
+            prefetch(next.wrapping_add(o[6] as usize));
+            for (out, step) in out.0.iter_mut().zip([0, dy, dz, dz + dy]) {
+                let from = from.wrapping_add(step);
+                let pairs = L::set_i([
+                    pair(from, o[0]), pair(from, o[1]), pair(from, o[2]), pair(from, o[3]),
+                    pair(from, o[4]), pair(from, o[5]), pair(from, o[6]), pair(from, o[7]),
+                ]);
+                L::store_i(pairs, bytemuck::cast_mut(row_mut(out, r)));
             }
-        }
+        });
     }
 }

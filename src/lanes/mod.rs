@@ -10,6 +10,7 @@
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 mod cells;
+mod doubles;
 pub(crate) mod math;
 mod scalar;
 mod table;
@@ -17,6 +18,19 @@ mod wide;
 
 pub(crate) use cells::{CellLoad, Corners, Pairs, ToF32};
 pub(crate) use table::LookupTable;
+
+/// Runs a block of statements for each row of eight fragments whose bit is set, first row first.
+macro_rules! for_rows {
+    ($rows:expr, $r:ident => $body:block) => {{
+        let mut left: u8 = $rows;
+        while left != 0 {
+            let $r = (left.trailing_zeros() & 7) as usize;
+            left &= left - 1;
+            $body
+        }
+    }};
+}
+pub(crate) use for_rows;
 
 /// Lanes of a vector, in every implementation.
 pub(crate) const WIDTH: usize = 8;
@@ -31,6 +45,8 @@ pub(crate) trait Lanes: Copy + 'static {
     type I: Copy;
     /// Eight truth values.
     type M: Copy;
+    /// Eight f64.
+    type D: Copy;
 
     fn splat(x: f32) -> Self::F;
     fn load(from: &[f32; WIDTH]) -> Self::F;
@@ -58,17 +74,42 @@ pub(crate) trait Lanes: Copy + 'static {
 
     /// Toward zero. Only for values in the range of i32.
     fn trunc(x: Self::F) -> Self::I;
+    /// The whole number at or below x, for x from 0 up in the range of i32.
+    #[inline(always)]
+    fn whole(x: Self::F) -> Self::F {
+        Self::to_f(Self::trunc(x))
+    }
+    /// Byte `N` of each lane without sign, as a number: 0 is the lowest.
+    #[inline(always)]
+    fn byte<const N: i32>(x: Self::I) -> Self::F {
+        let low = Self::splat_i(0xff);
+        Self::to_f(match N {
+            0 => Self::and_i(x, low),
+            1 => Self::and_i(Self::sar::<8>(x), low),
+            2 => Self::and_i(Self::sar::<16>(x), low),
+            _ => Self::and_i(Self::sar::<24>(x), low),
+        })
+    }
     /// Rounded to nearest.
     fn to_f(x: Self::I) -> Self::F;
     fn splat_i(x: i32) -> Self::I;
     fn load_i(from: &[i32; WIDTH]) -> Self::I;
     fn store_i(x: Self::I, to: &mut [i32; WIDTH]);
+    /// Eight numbers, each from a place of its own.
+    #[inline(always)]
+    fn set_i(x: [i32; WIDTH]) -> Self::I {
+        Self::load_i(&x)
+    }
     fn add_i(a: Self::I, b: Self::I) -> Self::I;
     fn sub_i(a: Self::I, b: Self::I) -> Self::I;
     fn and_i(a: Self::I, b: Self::I) -> Self::I;
     fn shl<const N: i32>(a: Self::I) -> Self::I;
     /// Copies of the sign move in.
     fn sar<const N: i32>(a: Self::I) -> Self::I;
+    fn min_i(a: Self::I, b: Self::I) -> Self::I;
+    fn max_i(a: Self::I, b: Self::I) -> Self::I;
+    /// `a` where the mask holds, `b` elsewhere.
+    fn select_i(m: Self::M, a: Self::I, b: Self::I) -> Self::I;
     fn eq_i(a: Self::I, b: Self::I) -> Self::M;
     fn gt_i(a: Self::I, b: Self::I) -> Self::M;
     /// The same bits read as integers.
@@ -77,6 +118,29 @@ pub(crate) trait Lanes: Copy + 'static {
     fn of_bits(x: Self::I) -> Self::F;
     /// Eight unsigned 16-bit numbers.
     fn load_u16(from: &[u16; WIDTH]) -> Self::I;
+
+    fn splat_d(x: f64) -> Self::D;
+    fn load_d(from: &[f64; WIDTH]) -> Self::D;
+    #[cfg(test)]
+    fn store_d(x: Self::D, to: &mut [f64; WIDTH]);
+    fn add_d(a: Self::D, b: Self::D) -> Self::D;
+    fn sub_d(a: Self::D, b: Self::D) -> Self::D;
+    fn mul_d(a: Self::D, b: Self::D) -> Self::D;
+    fn div_d(a: Self::D, b: Self::D) -> Self::D;
+    /// `if a < b { a } else { b }`.
+    fn min_d(a: Self::D, b: Self::D) -> Self::D;
+    /// `if a > b { a } else { b }`.
+    fn max_d(a: Self::D, b: Self::D) -> Self::D;
+    /// Bit i tells whether a < b in lane i.
+    fn lt_d(a: Self::D, b: Self::D) -> u8;
+    /// Bit i tells whether a <= b in lane i.
+    fn le_d(a: Self::D, b: Self::D) -> u8;
+    /// Toward zero. Only for values in the range of i32.
+    fn trunc_d(x: Self::D) -> Self::I;
+    /// Exact.
+    fn to_d(x: Self::I) -> Self::D;
+    /// Rounded to nearest.
+    fn narrow(x: Self::D) -> Self::F;
 
     /// Entries `index` of `table` plus `fraction` times the step to the next: red, green, blue, alpha.
     ///

@@ -1,8 +1,10 @@
 //! One lane after the other in plain Rust: the reference every other implementation must equal to the bit.
 
-use super::table::{Entry, LookupTable};
+use super::doubles::doubles_as_arrays;
+use super::table::LookupTable;
 use super::{Lanes, WIDTH};
 use std::array::from_fn;
+use std::convert::identity;
 
 /// See [`Lanes`].
 #[derive(Clone, Copy)]
@@ -16,6 +18,7 @@ impl Lanes for Scalar {
     type F = F;
     type I = I;
     type M = M;
+    doubles_as_arrays!(identity, identity, identity);
 
     #[inline(always)]
     fn splat(x: f32) -> F {
@@ -126,6 +129,18 @@ impl Lanes for Scalar {
         a.map(|v| v >> N)
     }
     #[inline(always)]
+    fn min_i(a: I, b: I) -> I {
+        from_fn(|i| a[i].min(b[i]))
+    }
+    #[inline(always)]
+    fn max_i(a: I, b: I) -> I {
+        from_fn(|i| a[i].max(b[i]))
+    }
+    #[inline(always)]
+    fn select_i(m: M, a: I, b: I) -> I {
+        from_fn(|i| if m[i] { a[i] } else { b[i] })
+    }
+    #[inline(always)]
     fn eq_i(a: I, b: I) -> M {
         from_fn(|i| a[i] == b[i])
     }
@@ -148,8 +163,8 @@ impl Lanes for Scalar {
     #[inline(always)]
     fn lookup(table: &LookupTable, index: I, fraction: F) -> [F; 4] {
         let rows: [[f32; 4]; WIDTH] = from_fn(|i| {
-            let Entry { value, step } = table.get(index[i]);
-            from_fn(|c| value[c] + step[c] * fraction[i])
+            let [value, next] = table.get(index[i]);
+            from_fn(|c| value[c] + (next[c] - value[c]) * fraction[i])
         });
         from_fn(|c| from_fn(|i| rows[i][c]))
     }

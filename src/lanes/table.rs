@@ -1,59 +1,51 @@
-//! A table of colours to interpolate in, laid out so that one entry is one aligned load.
-
-/// One entry: the colour there, and the step to the next entry's.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[repr(C, align(32))]
-pub(crate) struct Entry {
-    /// Red, green, blue (premultiplied) and alpha.
-    pub(crate) value: [f32; 4],
-    /// What to add per entry.
-    pub(crate) step: [f32; 4],
-}
+//! A table of colours to interpolate in, laid out so that an entry and the next one are one load each, side by side.
 
 /// Entries of a lookup table; their number is a power of two, so that any index can be made safe by a mask.
 ///
 /// # Guarantees
-/// `entries.len() == mask + 1`, a power of two.
+/// `entries.len() == mask + 2`: a power of two, and one more, so that each of them has a next one.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct LookupTable {
-    entries: Vec<Entry>,
+    /// Red, green, blue (premultiplied) and alpha.
+    entries: Vec<[f32; 4]>,
     mask: u32,
 }
 
 impl LookupTable {
     /// A table that interpolates between `colors`, padded with the last one.
     ///
-    /// An empty list gives a transparent table.
+    /// An empty list gives a transparent table. A table of rows, one after the other, may be looked up too, as long as no lookup
+    /// has a fraction at a row's last entry.
+    ///
+    /// # Panics
+    /// For more than 2^27 colours: no plan makes that many.
     pub(crate) fn new(colors: &[[f32; 4]]) -> Self {
         let last = colors.last().copied().unwrap_or_default();
         let len = colors.len().max(1).next_power_of_two();
-        let color = |i: usize| colors.get(i).copied().unwrap_or(last);
-        let entries: Vec<Entry> = (0..len)
-            .map(|i| {
-                let (a, b) = (color(i), color(i + 1));
-                Entry { value: a, step: std::array::from_fn(|c| b[c] - a[c]) }
-            })
-            .collect();
+        assert!(len <= 1 << 27, "a table of {len} entries");
+        let mut entries = Vec::with_capacity(len + 1);
+        entries.extend_from_slice(colors);
+        entries.resize(len + 1, last);
         Self { mask: len as u32 - 1, entries }
     }
 
-    /// A table of rows of `side` colours each, which interpolates within rows; row r begins at entry r `side`.
-    pub(crate) fn rows(colors: &[[f32; 4]], side: usize) -> Self {
-        let len = colors.len().max(1).next_power_of_two();
-        let mut entries = vec![Entry::default(); len];
-        for (row, colors) in entries.chunks_mut(side).zip(colors.chunks(side)) {
-            for (j, entry) in row.iter_mut().enumerate().take(colors.len()) {
-                let (a, b) = (colors[j], colors[(j + 1).min(colors.len() - 1)]);
-                *entry = Entry { value: a, step: std::array::from_fn(|c| b[c] - a[c]) };
-            }
-        }
-        Self { mask: len as u32 - 1, entries }
+    /// Number of intervals at the beginning of the first `side` entries in which nothing shows.
+    pub(crate) fn clear(&self, side: usize) -> usize {
+        self.entries[..side.min(self.entries.len())].iter().take_while(|&&e| e == [0.0; 4]).count().saturating_sub(1)
     }
 
-    /// Entry `index` modulo the length.
+    /// The first entry's first number, and the largest index that has a next one: one less than a power of two, below 2^27.
+    #[cfg(target_arch = "x86_64")]
     #[inline(always)]
-    pub(crate) fn get(&self, index: i32) -> &Entry {
-        // SAFETY: the index is masked to at most `mask`, and there are mask + 1 entries.
-        unsafe { self.entries.get_unchecked((index as u32 & self.mask) as usize) }
+    pub(super) fn raw(&self) -> (*const f32, u32) {
+        (self.entries.as_ptr().cast(), self.mask)
+    }
+
+    /// Entry `index` modulo the length, and the next one.
+    #[inline(always)]
+    pub(crate) fn get(&self, index: i32) -> [&[f32; 4]; 2] {
+        let at = (index as u32 & self.mask) as usize;
+        // SAFETY: the index is masked to at most `mask`, and there are mask + 2 entries.
+        unsafe { [self.entries.get_unchecked(at), self.entries.get_unchecked(at + 1)] }
     }
 }

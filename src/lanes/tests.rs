@@ -30,6 +30,8 @@ struct Inputs {
     b: [f32; WIDTH],
     i: [i32; WIDTH],
     j: [i32; WIDTH],
+    c: [f64; WIDTH],
+    d: [f64; WIDTH],
     bits: u8,
     table: LookupTable,
 }
@@ -37,6 +39,7 @@ struct Inputs {
 #[derive(Default)]
 struct Outputs {
     floats: Vec<u32>,
+    doubles: Vec<u64>,
     ints: Vec<i32>,
     masks: Vec<u8>,
 }
@@ -49,6 +52,7 @@ impl Kernel<Inputs, Outputs> for EveryOperation {
     fn run<L: Lanes>(input: &Inputs, out: &mut Outputs) {
         let (a, b, i, j) = (L::load(&input.a), L::load(&input.b), L::load_i(&input.i), L::load_i(&input.j));
         let m = L::from_bits(input.bits);
+        let (c, d) = (L::load_d(&input.c), L::load_d(&input.d));
         let in_range = L::min(L::max(a, L::splat(-1e9)), L::splat(1e9));
         let [r, g, bl, al] = L::lookup(&input.table, i, b);
         let floats = [
@@ -63,6 +67,12 @@ impl Kernel<Inputs, Outputs> for EveryOperation {
             L::select(m, a, b),
             L::to_f(i),
             L::of_bits(L::add_i(L::to_bits(a), L::splat_i(1))),
+            L::narrow(c),
+            L::whole(L::max(in_range, L::splat(0.0))),
+            L::byte::<0>(i),
+            L::byte::<1>(i),
+            L::byte::<2>(i),
+            L::byte::<3>(i),
             r,
             g,
             bl,
@@ -85,6 +95,10 @@ impl Kernel<Inputs, Outputs> for EveryOperation {
             L::trunc(in_range),
             L::add_i(i, j),
             L::sub_i(i, j),
+            L::min_i(i, j),
+            L::max_i(i, j),
+            L::select_i(m, i, j),
+            L::trunc_d(L::min_d(L::max_d(c, L::splat_d(-1e9)), L::splat_d(1e9))),
             L::and_i(i, j),
             L::shl::<23>(i),
             L::sar::<8>(i),
@@ -95,6 +109,12 @@ impl Kernel<Inputs, Outputs> for EveryOperation {
             L::store_i(x, &mut to);
             out.ints.extend(to);
         }
+        for x in [L::add_d(c, d), L::sub_d(c, d), L::mul_d(c, d), L::div_d(c, d), L::min_d(c, d), L::max_d(c, d), L::to_d(i)] {
+            let mut to = [0.0; WIDTH];
+            L::store_d(x, &mut to);
+            out.doubles.extend(to.map(|x: f64| if x.is_nan() { f64::NAN.to_bits() } else { x.to_bits() }));
+        }
+        out.masks.extend([L::lt_d(c, d), L::le_d(c, d)]);
         for x in [L::lt(a, b), L::le(a, b), L::eq_i(i, j), L::gt_i(i, j), L::and(m, L::lt(a, b)), m] {
             out.masks.push(L::bits(x));
         }
@@ -119,6 +139,8 @@ fn every_level_gives_the_bits_of_the_scalar_one() {
             b: std::array::from_fn(|_| float(&mut n)),
             i: std::array::from_fn(|_| n.bits() as i32),
             j: std::array::from_fn(|_| if n.bits() % 3 == 0 { 5 } else { n.bits() as i32 % 100 }),
+            c: std::array::from_fn(|_| f64::from(float(&mut n)) * 1.000_000_001),
+            d: std::array::from_fn(|i| if n.bits() % 3 == 0 { f64::from(i as u32) } else { f64::from(float(&mut n)) }),
             bits: n.bits() as u8,
             table: table.clone(),
         };
@@ -131,6 +153,7 @@ fn every_level_gives_the_bits_of_the_scalar_one() {
         for level in Level::available() {
             let got = run(level);
             assert_eq!(got.floats, want.floats, "{} round {round}: {:?} {:?}", level.name(), input.a, input.b);
+            assert_eq!(got.doubles, want.doubles, "{} round {round}: {:?} {:?}", level.name(), input.c, input.d);
             assert_eq!(got.ints, want.ints, "{} round {round}", level.name());
             assert_eq!(got.masks, want.masks, "{} round {round}", level.name());
         }

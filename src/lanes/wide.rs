@@ -2,6 +2,7 @@
 //!
 //! Four lanes each rather than `f32x8`, whose conversions fall back to single numbers where AVX is not compiled in.
 
+use super::doubles::doubles_as_arrays;
 use super::table::LookupTable;
 use super::{Lanes, WIDTH};
 use bytemuck::cast;
@@ -50,6 +51,7 @@ impl Lanes for Wide {
     type F = F;
     type I = I;
     type M = F;
+    doubles_as_arrays!(cast, cast, cast);
 
     #[inline(always)]
     fn splat(x: f32) -> F {
@@ -162,6 +164,19 @@ impl Lanes for Wide {
         each(a, |a| a >> N)
     }
     #[inline(always)]
+    fn min_i(a: I, b: I) -> I {
+        both(a, b, |a, b| a.cmp_gt(b).blend(b, a))
+    }
+    #[inline(always)]
+    fn max_i(a: I, b: I) -> I {
+        both(a, b, |a, b| a.cmp_gt(b).blend(a, b))
+    }
+    #[inline(always)]
+    fn select_i(m: F, a: I, b: I) -> I {
+        let m: I = [cast(m[0]), cast(m[1])];
+        [m[0].blend(a[0], b[0]), m[1].blend(a[1], b[1])]
+    }
+    #[inline(always)]
     fn eq_i(a: I, b: I) -> F {
         both(a, b, |a, b| cast(a.cmp_eq(b)))
     }
@@ -187,8 +202,8 @@ impl Lanes for Wide {
         let index: [i32; WIDTH] = cast(index);
         let fraction: [f32; WIDTH] = cast(fraction);
         let row = |i: usize| {
-            let entry = table.get(index[i]);
-            f32x4::new(entry.value) + f32x4::new(entry.step) * f32x4::splat(fraction[i])
+            let [value, next] = table.get(index[i]).map(|entry| f32x4::new(*entry));
+            value + (next - value) * f32x4::splat(fraction[i])
         };
         let a = f32x4::transpose([row(0), row(1), row(2), row(3)]);
         let b = f32x4::transpose([row(4), row(5), row(6), row(7)]);

@@ -4,9 +4,14 @@
 //! slices follow each other, so two numbers a pixel replace a test per slice. They come from the ray's entry and exit in units
 //! of slices; where rounding leaves one in doubt, the edge functions of that very slice decide.
 
+mod ends;
+
 use crate::fragment::PixelBlock;
 use crate::fragment::batch::{BATCH, SIDE};
+use crate::lanes::Level;
 use crate::proxy::Stack;
+pub(crate) use ends::Spans;
+use ends::{Crossings, RayEnds};
 
 /// A half-space prepared for a frame.
 #[derive(Debug, Clone, Copy)]
@@ -21,12 +26,12 @@ struct Side {
 }
 
 /// The box seen from the picture, prepared once a frame.
-#[derive(Debug)]
 pub(crate) struct Beams<'s> {
     stack: &'s Stack,
     sides: Vec<Side>,
     radial: bool,
     outer: Outer,
+    ends: fn(&Crossings, &mut PixelBlock),
 }
 
 /// What the lengths of a ray's outermost pieces are.
@@ -71,8 +76,8 @@ impl BlockRange {
 }
 
 impl<'s> Beams<'s> {
-    /// Prepares `stack`; `radial` asks for the distances that radial fog needs.
-    pub(crate) fn new(stack: &'s Stack, radial: bool, outer: Outer) -> Self {
+    /// Prepares `stack`, for rays in vectors of `level`; `radial` asks for the distances that radial fog needs.
+    pub(crate) fn new(stack: &'s Stack, radial: bool, outer: Outer, level: Level) -> Self {
         let (w, h) = (f64::from(stack.view.width), f64::from(stack.view.height));
         let far = stack.far.abs().max(stack.near.abs());
         let sides = stack
@@ -84,61 +89,80 @@ impl<'s> Beams<'s> {
                 Side { a: s.a, b: s.b, c: s.c, g: s.g, error: size * 1e-14 }
             })
             .collect();
-        Self { stack, sides, radial, outer }
+        Self { stack, sides, radial, outer, ends: level.kernel::<RayEnds, _, _>() }
     }
 
-    /// Fills `pixels` for the block whose first pixel is (x0,y0). `inside(i)` tells which lanes belong to the picture and tile.
-    pub(crate) fn block(&self, x0: u32, y0: u32, inside: impl Fn(usize) -> bool, pixels: &mut PixelBlock) -> BlockRange {
-        let stack = self.stack;
-        let count = stack.count as i64;
+    /// Fills `pixels` for the block whose first pixel is (x0,y0). Bit i of `inside` tells whether lane i belongs to the picture and tile.
+    pub(crate) fn block(&self, x0: u32, y0: u32, inside: u64, pixels: &mut PixelBlock) -> BlockRange {
         let (x0, y0) = (f64::from(x0) + 0.5, f64::from(y0) + 0.5);
         pixels.doubt = 0;
-        let Some(crossings) = self.crossings(x0, y0) else {
-            return BlockRange::NONE;
+        let crossings = match self.crossings(x0, y0, inside) {
+            Found::Nothing => return BlockRange::NONE,
+            Found::Clear(crossings) => {
+                (self.ends)(&crossings, pixels);
+                Some(crossings)
+            }
+            Found::Doubtful => {
+                (pixels.first, pixels.last) = ([1; BATCH], [0; BATCH]);
+                pixels.spans = Spans { close: inside, ..Spans::NONE };
+                None
+            }
         };
-        self.plane(x0, y0, pixels);
-        let mut any = (i64::MAX, i64::MIN);
-        let mut whole = (i64::MIN, i64::MAX);
-        let mut fragments = 0;
-        let mut last_first = i64::MIN;
-        for i in 0..BATCH {
+        let count = self.stack.count as i64;
+        let Spans { first, last, mut fragments, mut covered, close: mut open } = pixels.spans;
+        let (mut first, mut last) = (wide(first), wide(last));
+        // What the kernel leaves open is settled ray by ray.
+        while open != 0 {
+            let i = open.trailing_zeros() as usize;
+            open &= open - 1;
             let (x, y) = (x0 + (i % SIDE) as f64, y0 + (i / SIDE) as f64);
             let ray = match &crossings {
-                _ if !inside(i) => Ray::MISS,
-                Crossings::Clear { entry, exit, error } => self.between(entry[i], exit[i], *error, x, y, false),
-                Crossings::Doubtful => self.ray(x, y),
+                Some(crossings) => {
+                    let (entry, exit) = crossings.ray(i);
+                    self.between(entry, exit, crossings.error, x, y, false)
+                }
+                None => self.ray(x, y),
             };
-            let (first, last) = (ray.first.max(0), ray.last.min(count - 1));
-            if first > last {
+            let (f, l) = (ray.first.max(0), ray.last.min(count - 1));
+            if f > l {
                 (pixels.first[i], pixels.last[i]) = (1, 0);
-                whole = (i64::MAX, i64::MIN);
                 continue;
             }
-            (pixels.first[i], pixels.last[i]) = (first as i32, last as i32);
-            // To the middle of the first slice's slab, and from that of the last.
-            let (to_first, from_last) = (first as f64 - ray.entry, ray.exit - last as f64);
-            (pixels.first_length[i], pixels.last_length[i]) = match self.outer {
-                Outer::Whole | Outer::WholeBetween => (1.0, 1.0),
-                // Rounding may put the face a hair behind the slice.
-                Outer::Between if ray.corner && to_first < 0.0 => (0.0, (ray.exit - ray.entry) as f32),
-                Outer::Between if ray.corner && from_last < 0.0 => ((ray.exit - ray.entry) as f32, 0.0),
-                Outer::Between => (to_first.max(0.0) as f32, from_last.max(0.0) as f32),
-                Outer::Partial if first == last => ((ray.exit - ray.entry) as f32, (ray.exit - ray.entry) as f32),
-                Outer::Partial => (((first as f64 + 0.5) - ray.entry) as f32, (ray.exit - (last as f64 - 0.5)) as f32),
-            };
-            any = (any.0.min(first), any.1.max(last));
-            let (near, far) = if self.outer.whole() { (first, last) } else { (first + 1, last - 1) };
-            whole = (whole.0.max(near), whole.1.min(if self.outer.between() { last } else { far }));
-            last_first = last_first.max(first);
+            covered |= 1 << i;
+            (pixels.first[i], pixels.last[i]) = (f as i32, l as i32);
+            (pixels.first_length[i], pixels.last_length[i]) = self.lengths(&ray, f, l);
+            first = (first.0.min(f), first.1.max(f));
+            last = (last.0.min(l), last.1.max(l));
             if ray.doubt {
                 pixels.doubt |= 1 << i;
-                whole = (i64::MAX, i64::MIN);
-                fragments += (first..=last).filter(|&k| stack.covers(k as u64, x, y)).count() as u64;
+                fragments += (f..=l).filter(|&k| self.stack.covers(k as u64, x, y)).count() as u64;
             } else if !ray.corner {
-                fragments += (last - first + 1) as u64;
+                fragments += (l - f + 1) as u64;
             }
         }
-        BlockRange { any, whole, last_first, fragments }
+        if covered == 0 {
+            return BlockRange::NONE;
+        }
+        self.plane(x0, y0, pixels);
+        let ends = if self.outer.whole() { (first.1, last.0) } else { (first.1 + 1, last.0 - i64::from(!self.outer.between())) };
+        let whole = if covered == u64::MAX && pixels.doubt == 0 { ends } else { BlockRange::NONE.whole };
+        BlockRange { any: (first.0, last.1), whole, last_first: first.1, fragments }
+    }
+
+    /// Lengths of the outermost pieces of a ray whose first and last slices are `first` and `last`.
+    fn lengths(&self, ray: &Ray, first: i64, last: i64) -> (f32, f32) {
+        // To the middle of the first slice's slab, and from that of the last.
+        let (to_first, from_last) = (first as f64 - ray.entry, ray.exit - last as f64);
+        let through = (ray.exit - ray.entry) as f32;
+        match self.outer {
+            Outer::Whole | Outer::WholeBetween => (1.0, 1.0),
+            // Rounding may put the face a hair behind the slice.
+            Outer::Between if ray.corner && to_first < 0.0 => (0.0, through),
+            Outer::Between if ray.corner && from_last < 0.0 => (through, 0.0),
+            Outer::Between => (to_first.max(0.0) as f32, from_last.max(0.0) as f32),
+            Outer::Partial if first == last => (through, through),
+            Outer::Partial => (((first as f64 + 0.5) - ray.entry) as f32, (ray.exit - (last as f64 - 0.5)) as f32),
+        }
     }
 
     /// Lengths of the block's rays per unit of depth, or squared distances from the picture's middle, where a stage wants them.
@@ -157,16 +181,16 @@ impl<'s> Beams<'s> {
         }
     }
 
-    /// Entries and exits of all rays of a block at once; `None` when they all miss.
+    /// The sides that the rays of a block cross.
     ///
     /// Sides that no ray of the block runs along are crossed at a depth that can be trusted; a block with another side among
     /// them is left to [`Beams::ray`], ray by ray.
-    fn crossings(&self, x0: f64, y0: f64) -> Option<Crossings> {
+    fn crossings(&self, x0: f64, y0: f64, inside: u64) -> Found {
         let stack = self.stack;
         let (near, far, spacing) = (stack.near, stack.far, stack.spacing);
         let reach = (SIDE - 1) as f64;
-        let mut entry = [-0.5; BATCH];
-        let mut exit = [stack.count as f64 - 0.5; BATCH];
+        let mut found = Crossings::new((stack.perspective, near, spacing, stack.count), self.outer, inside);
+        let per_slice = 1.0 / spacing;
         let mut error: f64 = 1e-9;
         // Latest of the sides' earliest entries in the block, earliest of their latest exits.
         let (mut latest, mut earliest) = (-0.5, stack.count as f64 - 0.5);
@@ -176,6 +200,7 @@ impl<'s> Beams<'s> {
                 first + f64::min(0.0, s.b * reach) + f64::min(0.0, s.c * reach),
                 first + f64::max(0.0, s.b * reach) + f64::max(0.0, s.c * reach),
             );
+            let (enters, p, q, base, factor);
             if stack.perspective {
                 let (low, high) = (s.g + least, s.g + most);
                 let (f0, f1) = (s.a + near * low, s.a + far * low);
@@ -184,22 +209,14 @@ impl<'s> Beams<'s> {
                     continue;
                 }
                 if f0.max(f1).max(g0).max(g1) < -s.error {
-                    return None;
+                    return Found::Nothing;
                 }
                 if low * high <= 0.0 || low.abs().min(high.abs()) * spacing < 8.0 * s.error {
-                    return Some(Crossings::Doubtful);
+                    return Found::Doubtful;
                 }
                 error = error.max(s.error / (low.abs().min(high.abs()) * spacing));
-                let depth_to_slice = 1.0 / spacing;
-                let at = |slope: f64| (-s.a / slope - near) * depth_to_slice - 0.5;
-                let (p, q) = (at(low), at(high));
-                if low > 0.0 {
-                    latest = f64::max(latest, p.min(q));
-                    each(&mut entry, first, s.b, s.c, |plane, old| greater(at(s.g + plane), old));
-                } else {
-                    earliest = f64::min(earliest, p.max(q));
-                    each(&mut exit, first, s.b, s.c, |plane, old| lesser(at(s.g + plane), old));
-                }
+                let at = |slope: f64| (-s.a / slope - near) * per_slice - 0.5;
+                (enters, p, q, base, factor) = (low > 0.0, at(low), at(high), -s.a, s.g);
             } else {
                 let (low, high) = (s.a + least, s.a + most);
                 let (rise0, rise1) = (s.g * near, s.g * far);
@@ -207,27 +224,28 @@ impl<'s> Beams<'s> {
                     continue;
                 }
                 if high + rise0.max(rise1) < -s.error {
-                    return None;
+                    return Found::Nothing;
                 }
                 let step = s.g * spacing;
                 if step.abs() < 8.0 * s.error {
-                    return Some(Crossings::Doubtful);
+                    return Found::Doubtful;
                 }
                 error = error.max(s.error / step.abs());
                 let per_step = -1.0 / step;
-                let base = (s.a + rise0) * per_step - 0.5;
-                let at = |plane: f64| base + plane * per_step;
-                let (p, q) = (at(least), at(most));
-                if step > 0.0 {
-                    latest = f64::max(latest, p.min(q));
-                    each(&mut entry, first, s.b, s.c, |plane, old| greater(at(plane), old));
-                } else {
-                    earliest = f64::min(earliest, p.max(q));
-                    each(&mut exit, first, s.b, s.c, |plane, old| lesser(at(plane), old));
-                }
+                (base, factor) = ((s.a + rise0) * per_step - 0.5, per_step);
+                (enters, p, q) = (step > 0.0, base + least * per_step, base + most * per_step);
+            }
+            if enters {
+                latest = f64::max(latest, p.min(q));
+            } else {
+                earliest = f64::min(earliest, p.max(q));
+            }
+            if !found.add(enters, [first, s.b, s.c], base, factor) {
+                return Found::Doubtful;
             }
         }
-        (latest <= earliest + error).then_some(Crossings::Clear { entry, exit, error })
+        found.error = error;
+        if latest <= earliest + error { Found::Clear(found) } else { Found::Nothing }
     }
 
     /// Entry, exit and covering slices of the ray through window position (x,y).
@@ -291,34 +309,19 @@ impl<'s> Beams<'s> {
     }
 }
 
-/// Applies `pick(plane, old)` to a block's values, where `plane` is first + b column + c row.
-#[inline(always)]
-fn each(values: &mut [f64; BATCH], first: f64, b: f64, c: f64, pick: impl Fn(f64, f64) -> f64) {
-    for (row, values) in values.chunks_exact_mut(SIDE).enumerate() {
-        let start = first + c * row as f64;
-        for (column, value) in values.iter_mut().enumerate() {
-            *value = pick(start + b * column as f64, *value);
-        }
-    }
-}
-
-#[inline(always)]
-fn greater(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
-}
-
-#[inline(always)]
-fn lesser(a: f64, b: f64) -> f64 {
-    if a < b { a } else { b }
-}
-
-/// Where the rays of a block enter and leave, in slices.
+/// What sides a block's rays cross.
 #[allow(clippy::large_enum_variant, reason = "a result that lives on the stack; a box would cost an allocation a block")]
-enum Crossings {
-    /// Every crossing is known to within `error`.
-    Clear { entry: [f64; BATCH], exit: [f64; BATCH], error: f64 },
+enum Found {
+    /// All rays miss.
+    Nothing,
+    /// Every crossing is known to within an error.
+    Clear(Crossings),
     /// Some ray runs along a side.
     Doubtful,
+}
+
+fn wide((a, b): (i32, i32)) -> (i64, i64) {
+    (i64::from(a), i64::from(b))
 }
 
 /// One ray, in slices.

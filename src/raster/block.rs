@@ -4,8 +4,9 @@ use super::beam::{Beams, BlockRange, Outer};
 use super::occupancy::{Content, Occupancy};
 use super::pairs::{Kept, PairWork};
 use super::watch::Watch;
-use crate::fragment::batch::{BATCH, SIDE};
+use crate::fragment::batch::{BATCH, SIDE, rows_of};
 use crate::fragment::{Batch, Frame, Stage};
+use crate::lanes::Level;
 use crate::proxy::Stack;
 use crate::scene::{Fog, Order};
 
@@ -26,6 +27,8 @@ pub(crate) struct Work<'f, 'v> {
     pub(crate) partial: Vec<Stage<'v>>,
     /// Values pixels start from: colour channels, then transmittance.
     pub(crate) start: [f32; 4],
+    /// Vectors of the geometry.
+    pub(crate) level: Level,
     /// Whether fog goes by the distance from the eye.
     pub(crate) radial: bool,
     /// What the outermost fragments stand for.
@@ -36,12 +39,19 @@ pub(crate) struct Work<'f, 'v> {
     pub(crate) sample: f64,
 }
 
+impl Work<'_, '_> {
+    /// Depth at which slice `k` takes its values.
+    pub(super) fn sampled(&self, k: i64) -> f64 {
+        self.stack.near + (k as f64 + 0.5 + self.sample) * self.stack.spacing
+    }
+}
+
 /// What was done and what was not, in whole numbers that any number of threads adds up to the same.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct Counters {
     /// Fragments covered by slice polygons.
     pub(crate) fragments: u64,
-    /// Voxel lookups done, 64 a batch.
+    /// Voxel lookups done, 8 a row of a batch.
     pub(crate) fetches: u64,
     /// Batches that went through the stages.
     pub(crate) batches: u64,
@@ -67,6 +77,9 @@ impl Counters {
     }
 }
 
+/// Cells along the ray's main axis below which runs of slices are not cut for a closer look.
+const THIN: f64 = 1.5;
+
 /// Index coordinates of a block as functions of depth: `start + d * slope` for its first pixel, and the block's extent.
 pub(super) struct Placing {
     pub(super) start: [f64; 3],
@@ -76,12 +89,20 @@ pub(super) struct Placing {
     /// Least and greatest offset of a pixel from the first.
     extent: [[f64; 3]; 2],
     perspective: bool,
+    /// So many slices together are no thicker than a cell or two: to look at fewer does not pay.
+    fine: i64,
+    /// See [`crate::lanes::CellLoad::ahead`].
+    ahead: isize,
     /// Largest index of a cell's lower corner, and of a voxel.
     pub(super) top: [f64; 3],
+    /// The same as a number of cells.
+    top_cell: [u32; 3],
+    /// Whether there are two voxels at least along each axis.
+    thick: bool,
 }
 
 impl Placing {
-    fn new(stack: &Stack, x: f64, y: f64) -> Self {
+    fn new(stack: &Stack, strides: [usize; 3], forward: f64, x: f64, y: f64) -> Self {
         let (mut start, mut slope) = ([0.0; 3], [0.0; 3]);
         let across = stack.index.map(|f| f.b);
         let down = stack.index.map(|f| f.c);
@@ -95,7 +116,14 @@ impl Placing {
             std::array::from_fn(|i| f64::min(0.0, far * across[i]) + f64::min(0.0, far * down[i])),
             std::array::from_fn(|i| f64::max(0.0, far * across[i]) + f64::max(0.0, far * down[i])),
         ];
-        Self { start, slope, across, down, extent, perspective: stack.perspective, top: stack.dims.map(|n| n.saturating_sub(2) as f64) }
+        let step = forward * stack.spacing;
+        let cells = slope.iter().map(|s| (s * step).abs()).fold(0.0, f64::max);
+        let fine = ((THIN / cells) as i64).max(1);
+        let ahead = (0..3).map(|i| libm::rint(slope[i] * step) as isize * strides[i] as isize).sum();
+        let top = stack.dims.map(|n| n.saturating_sub(2) as f64);
+        let top_cell = top.map(|n| n as u32);
+        let thick = strides.iter().all(|&s| s != 0);
+        Self { start, slope, across, down, extent, perspective: stack.perspective, fine, ahead, top, top_cell, thick }
     }
 
     /// Pixel steps grow with depth in perspective.
@@ -113,64 +141,118 @@ impl Placing {
         )
     }
 
+    /// Sets what is the same at all depths.
+    fn prepare(&self, frame: &Frame<'_>, batch: &mut Batch) {
+        batch.cells.strides = frame.strides;
+        batch.cells.ahead = self.ahead;
+        if !self.perspective {
+            self.spread(1.0, batch);
+        }
+    }
+
+    /// Sets the steps from pixel to pixel.
+    fn spread(&self, scale: f64, batch: &mut Batch) {
+        batch.across = self.across.map(|a| (scale * a) as f32);
+        batch.down = self.down.map(|a| (scale * a) as f32);
+    }
+
     /// Sets where the batch's fragments lie at depth `d`, relative to a base voxel below all of them.
     pub(super) fn place(&self, d: f64, frame: &Frame<'_>, batch: &mut Batch) {
         let scale = self.scale(d);
         let mut base = 0;
+        let mut lowest = [0.0; 3];
+        let mut inner = self.thick;
         for axis in 0..3 {
             let first = self.start[axis] + d * self.slope[axis];
-            // Truncation equals floor from 0 up, and everything below is clamped to 0.
-            let low = (first + scale * self.extent[0][axis]).clamp(0.0, self.top[axis]) as i64;
-            let low_f = low as f64;
-            batch.origin[axis] = (first - low_f) as f32;
-            batch.across[axis] = (scale * self.across[axis]) as f32;
-            batch.down[axis] = (scale * self.down[axis]) as f32;
-            batch.top[axis] = (self.top[axis] - low_f) as f32;
-            // The last voxel: one above the last cell's lower corner, unless the axis has a single voxel.
-            batch.reach[axis] = if frame.strides[axis] == 0 { 0.0 } else { (self.top[axis] - low_f) as f32 + 1.0 };
+            let least = first + scale * self.extent[0][axis];
+            // Truncation equals floor from 0 up, and everything below becomes 0.
+            let low = (least as u32).min(self.top_cell[axis]);
+            lowest[axis] = f64::from(low);
+            batch.origin[axis] = (first - lowest[axis]) as f32;
             base += low as usize * frame.strides[axis];
+            // Well inside: f32 coordinates are off by less.
+            inner &= least >= 1e-3 && first + scale * self.extent[1][axis] < self.top[axis] + (1.0 - 1e-3);
         }
         batch.cells.base = base;
+        batch.inner = inner;
+        if !inner {
+            for axis in 0..3 {
+                batch.top[axis] = (self.top[axis] - lowest[axis]) as f32;
+                // The last voxel: one above the last cell's lower corner, unless the axis has a single voxel.
+                batch.reach[axis] = if frame.strides[axis] == 0 { 0.0 } else { (self.top[axis] - lowest[axis]) as f32 + 1.0 };
+            }
+        }
+        if self.perspective {
+            self.spread(scale, batch);
+        }
     }
 }
 
-/// Renders the block at pixel (x0,y0) into `batch.pixels`; false when no slice covers it.
+/// What became of a block.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Outcome {
+    /// No slice covers it.
+    Missed,
+    /// Nothing shows on the slices that cover it: its pixels are as they began.
+    Empty,
+    /// `batch.pixels` holds what its pixels have gathered.
+    Rendered,
+}
+
+/// Renders the block at pixel (x0,y0) into `batch.pixels`. Bit i of `inside` tells whether lane i belongs to the picture and tile.
 pub(crate) fn render<W: Watch>(
     work: &Work<'_, '_>,
     beams: &Beams<'_>,
     (x0, y0): (u32, u32),
-    inside: impl Fn(usize) -> bool,
+    inside: u64,
     batch: &mut Batch,
     counters: &mut Counters,
     watch: &mut W,
-) -> bool {
+) -> Outcome {
     let range = beams.block(x0, y0, inside, &mut batch.pixels);
     counters.fragments += range.fragments;
+    if range.any.0 > range.any.1 {
+        counters.missed_blocks += 1;
+        return Outcome::Missed;
+    }
+    let placing = Placing::new(
+        work.stack,
+        work.frame.strides,
+        if work.order == Order::FrontToBack { 1.0 } else { -1.0 },
+        f64::from(x0) + 0.5,
+        f64::from(y0) + 0.5,
+    );
+    let mut looked = Content::Mixed;
+    if let (Some(occupancy), false) = (work.occupancy, W::SEES) {
+        // Slabs between slices reach to the box's faces.
+        let more = i64::from(work.outer.between());
+        let (lo, hi) = placing.bounds(work.sampled(range.any.0 - more), work.sampled(range.any.1 + more));
+        looked = occupancy.content(lo, hi);
+        if looked == Content::Empty {
+            counters.empty += (range.any.1 - range.any.0 + 1) as u64;
+            return Outcome::Empty;
+        }
+    }
     let [red, green, blue, transmittance] = work.start;
     batch.pixels.color = [[red; BATCH], [green; BATCH], [blue; BATCH]];
     batch.pixels.transmittance = [transmittance; BATCH];
     batch.pixels.excess = [[0.0; BATCH]; 4];
-    batch.pixels.alive = true;
-    if range.any.0 > range.any.1 {
-        counters.missed_blocks += 1;
-        return false;
-    }
-    batch.cells.strides = work.frame.strides;
+    batch.pixels.alive = u64::MAX;
+    placing.prepare(work.frame, batch);
     batch.length = batch.pixels.slant;
-    let placing = Placing::new(work.stack, f64::from(x0) + 0.5, f64::from(y0) + 0.5);
     watch.block(work.stack, x0, y0, batch);
     let slices = watch.slices(range.any.0..range.any.1 + 1);
     let window = (f64::from(x0) + 0.5, f64::from(y0) + 0.5);
     let mut march = March { work, range, placing, batch, counters, watch, whole_lengths: true, window, kept: Kept::default() };
     if !slices.is_empty() {
-        march.slices(slices.start, slices.end, false);
+        march.slices(slices.start, slices.end, looked);
         // A part of the slices leaves the way to the rays' exits for later.
         if let (Some(pairs), true) = (&work.pairs, slices.end > range.any.1) {
             march.after_pairs(pairs);
         }
     }
     watch.done(batch);
-    true
+    Outcome::Rendered
 }
 
 /// A block's way through its slices.
@@ -189,58 +271,56 @@ pub(super) struct March<'m, 'f, 'v, W> {
 }
 
 impl<'v, W: Watch> March<'_, '_, 'v, W> {
-    /// Slices `from..to` in the scene's order, halved until a part is empty, visible throughout, or a single slice.
-    fn slices(&mut self, from: i64, to: i64, visible: bool) {
-        if !self.batch.pixels.alive {
+    /// Slices `from..to` in the scene's order, halved until a part is empty, visible throughout, or too thin to look at.
+    ///
+    /// `known` is what a look at them has told.
+    fn slices(&mut self, from: i64, to: i64, known: Content) {
+        if self.batch.pixels.alive == 0 {
             self.counters.finished += (to - from) as u64;
             self.watch.skipped(from, to, true);
             return;
         }
-        let mut visible = visible;
-        if let (Some(occupancy), false) = (self.work.occupancy, visible) {
-            // Slabs between slices reach back to the slice before.
-            let back = i64::from(self.work.outer.between());
-            let (lo, hi) = self.placing.bounds(self.sampled(from - back), self.sampled(to - 1));
-            match occupancy.content(lo, hi) {
-                Content::Empty => {
-                    self.counters.empty += (to - from) as u64;
-                    self.watch.skipped(from, to, false);
-                    return;
-                }
-                Content::Full => visible = true,
-                Content::Mixed => {}
-            }
-        } else {
-            visible = true;
+        if known == Content::Empty {
+            self.counters.empty += (to - from) as u64;
+            self.watch.skipped(from, to, false);
+            return;
         }
-        if visible || to - from == 1 {
-            let mut k = from;
-            while k < to {
-                self.slice(if self.work.order == Order::FrontToBack { k } else { from + to - 1 - k });
-                k += 1;
-                if !self.batch.pixels.alive {
-                    self.counters.finished += (to - k) as u64;
-                    let (from, to) = if self.work.order == Order::FrontToBack { (k, to) } else { (from, from + to - k) };
-                    self.watch.skipped(from, to, true);
-                    return;
-                }
+        if let (Some(occupancy), Content::Mixed, true) = (self.work.occupancy, known, to - from > self.placing.fine) {
+            let middle = from + (to - from) / 2;
+            let near_first = self.work.order == Order::FrontToBack;
+            for (from, to) in if near_first { [(from, middle), (middle, to)] } else { [(middle, to), (from, middle)] } {
+                let content = self.look(occupancy, from, to);
+                self.slices(from, to, content);
             }
             return;
         }
-        let middle = from + (to - from) / 2;
-        if self.work.order == Order::FrontToBack {
-            self.slices(from, middle, visible);
-            self.slices(middle, to, visible);
-        } else {
-            self.slices(middle, to, visible);
-            self.slices(from, middle, visible);
+        let mut k = from;
+        while k < to {
+            self.slice(if self.work.order == Order::FrontToBack { k } else { from + to - 1 - k });
+            k += 1;
+            if self.batch.pixels.alive == 0 {
+                self.counters.finished += (to - k) as u64;
+                let (from, to) = if self.work.order == Order::FrontToBack { (k, to) } else { (from, from + to - k) };
+                self.watch.skipped(from, to, true);
+                return;
+            }
         }
     }
 
-    /// Depth at which slice `k` takes its values.
-    pub(super) fn sampled(&self, k: i64) -> f64 {
-        let stack = self.work.stack;
-        stack.near + (k as f64 + 0.5 + self.work.sample) * stack.spacing
+    /// What slices `from..to` can touch.
+    fn look(&self, occupancy: &Occupancy, from: i64, to: i64) -> Content {
+        if self.batch.pixels.alive == 0 {
+            return Content::Mixed;
+        }
+        // Slabs between slices reach back to the slice before.
+        let back = i64::from(self.work.outer.between());
+        let (lo, hi) = self.placing.bounds(self.work.sampled(from - back), self.work.sampled(to - 1));
+        occupancy.content(lo, hi)
+    }
+
+    /// Rows in which a pixel still takes light. Onlookers see all of them.
+    pub(super) fn live_rows(&self) -> u8 {
+        if W::SEES { u8::MAX } else { rows_of(self.batch.pixels.alive) }
     }
 
     /// One slice through the stages.
@@ -248,8 +328,9 @@ impl<'v, W: Watch> March<'_, '_, 'v, W> {
         if let Some(pairs) = &self.work.pairs {
             self.before_pair(k, pairs);
         }
-        let sampled = self.sampled(k);
-        let (work, batch) = (self.work, &mut *self.batch);
+        let sampled = self.work.sampled(k);
+        let (work, live) = (self.work, self.live_rows());
+        let batch = &mut *self.batch;
         // Where the slab has its middle.
         let depth = work.stack.near + (k as f64 + if work.outer.between() { 0.0 } else { 0.5 }) * work.stack.spacing;
         batch.slice = k as i32;
@@ -257,13 +338,13 @@ impl<'v, W: Watch> March<'_, '_, 'v, W> {
         if let Some(fog) = work.fog {
             batch.fog = fog.factor(depth) as f32;
         }
-        self.placing.place(sampled, work.frame, batch);
-        self.watch.slice(work.frame, batch);
         self.counters.batches += 1;
-        self.counters.fetches += BATCH as u64;
         if k >= self.range.whole.0 && k <= self.range.whole.1 {
+            self.placing.place(sampled, work.frame, batch);
+            self.watch.slice(work.frame, batch);
             self.counters.whole += 1;
-            batch.mask = u64::MAX;
+            (batch.mask, batch.rows, batch.shown) = (u64::MAX, live, live);
+            self.counters.fetches += u64::from(live.count_ones()) * SIDE as u64;
             if !self.whole_lengths {
                 batch.length = batch.pixels.slant;
                 self.whole_lengths = true;
@@ -272,23 +353,34 @@ impl<'v, W: Watch> March<'_, '_, 'v, W> {
                 (stage.run)(work.frame, batch);
                 self.watch.stage(stage.name, work.frame, batch);
             }
-        } else {
-            (work.span.run)(work.frame, batch);
-            self.whole_lengths = false;
-            let mut doubt = batch.pixels.doubt & batch.mask;
-            while doubt != 0 {
-                let i = doubt.trailing_zeros() as usize;
-                doubt &= doubt - 1;
-                let (x, y) = (self.window.0 + (i % SIDE) as f64, self.window.1 + (i / SIDE) as f64);
-                if !work.stack.covers(k as u64, x, y) {
-                    batch.mask &= !(1 << i);
-                }
+            return;
+        }
+        self.watch.slice(work.frame, batch);
+        (work.span.run)(work.frame, batch);
+        self.whole_lengths = false;
+        if work.order == Order::FrontToBack {
+            batch.pixels.alive &= !batch.ended;
+        }
+        let rows = if W::SEES { live } else { live & rows_of(batch.mask) };
+        (batch.rows, batch.shown) = (rows, rows);
+        let mut doubt = batch.pixels.doubt & batch.mask;
+        while doubt != 0 {
+            let i = doubt.trailing_zeros() as usize;
+            doubt &= doubt - 1;
+            let (x, y) = (self.window.0 + (i % SIDE) as f64, self.window.1 + (i / SIDE) as f64);
+            if !work.stack.covers(k as u64, x, y) {
+                batch.mask &= !(1 << i);
             }
-            self.watch.stage(work.span.name, work.frame, batch);
-            for stage in &work.partial {
-                (stage.run)(work.frame, batch);
-                self.watch.stage(stage.name, work.frame, batch);
-            }
+        }
+        self.watch.stage(work.span.name, work.frame, batch);
+        if rows == 0 {
+            return;
+        }
+        self.counters.fetches += u64::from(rows.count_ones()) * SIDE as u64;
+        self.placing.place(sampled, work.frame, batch);
+        for stage in &work.partial {
+            (stage.run)(work.frame, batch);
+            self.watch.stage(stage.name, work.frame, batch);
         }
     }
 }

@@ -13,7 +13,7 @@ mod resolve;
 mod tiles;
 mod watch;
 
-pub(crate) use beam::Outer;
+pub(crate) use beam::{Outer, Spans};
 pub(crate) use block::{Counters, Work};
 pub(crate) use occupancy::Occupancy;
 pub(crate) use pairs::PairWork;

@@ -17,7 +17,7 @@ pub(crate) enum Content {
 #[derive(Debug, Clone)]
 pub(crate) struct Occupancy {
     dims: [usize; 3],
-    cells: [i64; 3],
+    cells: [u32; 3],
     sums: Vec<u32>,
 }
 
@@ -38,7 +38,7 @@ impl Occupancy {
                 }
             }
         }
-        Self { dims: bricks.dims, cells: dims.map(|n| n.saturating_sub(2) as i64), sums }
+        Self { dims: bricks.dims, cells: dims.map(|n| n.saturating_sub(2) as u32), sums }
     }
 
     /// Share of bricks that are visible.
@@ -55,15 +55,16 @@ impl Occupancy {
         for axis in 0..3 {
             // Lookups beyond the border take the border's cells. A hair more for the rounding of f32 coordinates.
             let top = self.cells[axis];
-            a[axis] = ((lo[axis] - 1e-3) as i64).clamp(0, top) as usize / BRICK;
-            b[axis] = ((hi[axis] + 1e-3) as i64).clamp(0, top) as usize / BRICK + 1;
+            a[axis] = ((lo[axis] - 1e-3) as u32).min(top) as usize / BRICK;
+            b[axis] = ((hi[axis] + 1e-3) as u32).min(top) as usize / BRICK + 1;
         }
         let (sx, sy) = (self.dims[0] + 1, (self.dims[0] + 1) * (self.dims[1] + 1));
-        let at = |x: usize, y: usize, z: usize| self.sums[z * sy + y * sx + x];
-        let upper = at(b[0], b[1], b[2]) + at(a[0], a[1], b[2]) - at(a[0], b[1], b[2]) - at(b[0], a[1], b[2]);
-        let lower = at(b[0], b[1], a[2]) + at(a[0], a[1], a[2]) - at(a[0], b[1], a[2]) - at(b[0], a[1], a[2]);
+        let (near, far) = (a[2] * sy, b[2] * sy);
+        let (top, bottom) = (a[1] * sx, b[1] * sx);
+        let row = |at: usize| self.sums[at + b[0]].wrapping_sub(self.sums[at + a[0]]);
+        let visible = row(far + bottom).wrapping_sub(row(far + top)).wrapping_sub(row(near + bottom)).wrapping_add(row(near + top));
         let all = (b[0] - a[0]) * (b[1] - a[1]) * (b[2] - a[2]);
-        match (upper - lower) as usize {
+        match visible as usize {
             0 => Content::Empty,
             n if n == all => Content::Full,
             _ => Content::Mixed,

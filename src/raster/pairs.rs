@@ -94,16 +94,19 @@ impl<'v, W: Watch> March<'_, '_, 'v, W> {
             }
         }
         let earliest = (k - work.lookback).max(self.range.any.0);
-        if earliest < k && !(self.kept.slice == k - 1 && self.kept.run >= k - earliest) {
-            for j in earliest..k {
-                self.batch.slice = j as i32;
-                self.placing.place(self.sampled(j), self.work.frame, self.batch);
-                self.counters.fetches += BATCH as u64;
-                for stage in &work.keep {
-                    (stage.run)(self.work.frame, self.batch);
-                }
-                self.kept.add(j);
+        let Kept { slice, run, .. } = self.kept;
+        // What is at hand already, if it reaches back far enough.
+        let from = if run > 0 && slice >= earliest && slice - run < earliest { slice + 1 } else { earliest };
+        let live = self.live_rows();
+        for j in from..k {
+            self.batch.slice = j as i32;
+            self.placing.place(self.work.sampled(j), self.work.frame, self.batch);
+            self.batch.rows = live;
+            self.counters.fetches += u64::from(live.count_ones()) * SIDE as u64;
+            for stage in &work.keep {
+                (stage.run)(self.work.frame, self.batch);
             }
+            self.kept.add(j);
         }
         self.kept.add(k);
     }
@@ -149,6 +152,7 @@ impl<'v, W: Watch> March<'_, '_, 'v, W> {
         }
         self.whole_lengths = false;
         self.batch.mask = mask;
+        (self.batch.rows, self.batch.shown) = (u8::MAX, u8::MAX);
         self.batch.slice = BEHIND;
         self.counters.batches += 1;
         self.watch.slice(frame, self.batch);
@@ -170,6 +174,7 @@ impl<'v, W: Watch> March<'_, '_, 'v, W> {
 
     fn fetch_each(&mut self, depths: &[f64; BATCH], work: &PairWork<'v>) {
         self.placing.place_each(depths, self.work.frame, self.batch);
+        self.batch.rows = u8::MAX;
         self.counters.fetches += BATCH as u64;
         (work.fetch.run)(self.work.frame, self.batch);
     }

@@ -34,6 +34,35 @@ impl Resolve<'_> {
         [r as f32, g as f32, b as f32, self.background.alpha as f32]
     }
 
+    /// The colour of a covered pixel that has gathered nothing, where colours are blended.
+    pub(crate) fn untouched(&self, [red, green, blue, transmittance]: [f32; 4]) -> [f32; 4] {
+        match self.blend {
+            Blend::Add => self.over([red, green, blue], 1.0 - transmittance),
+            _ => self.over([red, green, blue], transmittance),
+        }
+    }
+
+    /// Colours of a row of pixels: of a block's pixel `i` and those to its right, at (x,y) of the picture.
+    pub(crate) fn row(&self, pixels: &PixelBlock, i: usize, out: &mut [[f32; 4]], x: usize, y: usize) {
+        if self.blend != Blend::Over || !self.bounded || self.literal {
+            for (n, out) in out.iter_mut().enumerate() {
+                *out = self.pixel(pixels, i + n, x + n, y);
+            }
+            return;
+        }
+        // The same sums as `over`, in an order that vectors like: 1 - t (1 - b) is 1 + t (b - 1).
+        let [r, g, b, alpha] = self.background();
+        let back = [r, g, b, alpha - 1.0];
+        let [c0, c1, c2] = [0, 1, 2].map(|c: usize| &pixels.color[c][i..]);
+        for (n, out) in out.iter_mut().enumerate() {
+            let (front, t) = ([c0[n], c1[n], c2[n], 1.0], pixels.transmittance[i + n]);
+            for (c, out) in out.iter_mut().enumerate() {
+                let sum = front[c] + t * back[c];
+                *out = if sum > 1.0 { 1.0 } else { sum };
+            }
+        }
+    }
+
     /// Premultiplied colour of pixel `i` of a block, at (x,y) of the picture.
     pub(crate) fn pixel(&self, pixels: &PixelBlock, i: usize, x: usize, y: usize) -> [f32; 4] {
         let [c0, c1, c2] = [0, 1, 2].map(|c: usize| pixels.color[c][i]);

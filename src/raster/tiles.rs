@@ -1,7 +1,7 @@
 //! Tiles: squares of the picture that threads take in turn. Each owns its pixels.
 
 use super::beam::Beams;
-use super::block::{self, Counters, Work};
+use super::block::{self, Counters, Outcome, Work};
 use super::resolve::Resolve;
 use super::watch::Watch;
 use crate::fragment::Batch;
@@ -9,6 +9,7 @@ use crate::fragment::batch::SIDE;
 use crate::settings::Progress;
 use crate::{Error, Result};
 use rayon::prelude::*;
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 /// A tile: its first pixel, and a slice of every row it owns.
@@ -89,7 +90,7 @@ pub(crate) fn render_tiles<W: Watch>(
     progress: Option<&dyn Progress>,
     watch: &W,
 ) -> Result<(Counters, W)> {
-    let beams = Beams::new(work.stack, work.radial, work.outer);
+    let beams = Beams::new(work.stack, work.radial, work.outer, work.level);
     let mut tiles = cut(pixels, work.stack.view.width as usize, side as usize);
     let (total, done, stopped) = (tiles.len() as u64, AtomicU64::new(0), AtomicBool::new(false));
     let seen = tiles
@@ -135,14 +136,24 @@ fn render_tile<W: Watch>(
             if blocks.is_some_and(|m| !m.takes(bx / SIDE, by / SIDE)) || !watch.wants(bx as u32, by as u32) {
                 continue;
             }
-            let inside = |i: usize| (x0..x1).contains(&(bx + i % SIDE)) && (y0..y1).contains(&(by + i / SIDE));
-            let covered = block::render(work, beams, (bx as u32, by as u32), inside, batch, counters, watch);
-            for y in by.max(y0)..(by + SIDE).min(y1) {
-                for x in bx.max(x0)..(bx + SIDE).min(x1) {
-                    let i = (y - by) * SIDE + (x - bx);
-                    tile.rows[y - y0][x - x0] = if covered { resolve.pixel(&batch.pixels, i, x, y) } else { resolve.background() };
+            let (left, right) = (bx.max(x0), (bx + SIDE).min(x1));
+            let (top, bottom) = (by.max(y0), (by + SIDE).min(y1));
+            let inside = lanes(left - bx..right - bx, top - by..bottom - by);
+            let outcome = block::render(work, beams, (bx as u32, by as u32), inside, batch, counters, watch);
+            for y in top..bottom {
+                let pixels = &mut tile.rows[y - y0][left - x0..right - x0];
+                match outcome {
+                    Outcome::Missed => pixels.fill(resolve.background()),
+                    Outcome::Empty => pixels.fill(resolve.untouched(work.start)),
+                    Outcome::Rendered => resolve.row(&batch.pixels, (y - by) * SIDE + (left - bx), pixels, left, y),
                 }
             }
         }
     }
+}
+
+/// The lanes of a block in some of its columns and rows, one bit each.
+fn lanes(columns: Range<usize>, rows: Range<usize>) -> u64 {
+    let row = (1u64 << columns.end) - (1u64 << columns.start);
+    rows.fold(0, |lanes, r| lanes | row << (SIDE * r))
 }

@@ -10,6 +10,9 @@ use std::ops::Range;
 ///
 /// An onlooker sees the picture being made and cannot touch it, but may ask for a part of it: blocks, and slices.
 pub(crate) trait Watch: Send + Sync {
+    /// Whether anything is looked at: for those who do, nothing that shows in no pixel is left out.
+    const SEES: bool = true;
+
     /// An onlooker that is after the same things and has seen nothing yet.
     fn fresh(&self) -> Self;
 
@@ -55,6 +58,8 @@ pub(crate) trait Watch: Send + Sync {
 
 /// Nobody looks on.
 impl Watch for () {
+    const SEES: bool = false;
+
     fn fresh(&self) -> Self {}
 
     fn merge(&mut self, (): Self) {}

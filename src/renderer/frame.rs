@@ -79,6 +79,10 @@ impl Renderer<'_> {
         let (mut frame, split) = make_frame(scene, volume, packed.as_ref(), scaling, transfer_data, terminate);
         let needs = Needs::new(scene, &stack, bricks, (split, frame.fine.is_some()), terminate);
         frame.far = needs.far;
+        // Where empty slices count, or are looked at, all rows do.
+        if needs.skip && !W::SEES {
+            frame.clear = clear(transfer_data);
+        }
         let stages = needs.stages(volume, packed.is_some(), scaling, self.level);
         let work = Work {
             frame: &frame,
@@ -90,6 +94,7 @@ impl Renderer<'_> {
             whole: stages.whole,
             partial: stages.partial,
             start: start_values(scene.blend()),
+            level: self.level,
             radial: needs.fog == Some(FogDistance::Radial),
             outer: match (needs.method.is_pre_integrated(), needs.method.ends) {
                 (false, Ends::Partial) => Outer::Partial,
@@ -252,6 +257,7 @@ fn make_frame<'v>(
         table_low: low as f32,
         table_scale,
         table_last: last as f32,
+        clear: 0.0,
         fine,
         terminate,
         fog: scene.fog().map(|f| FrameFog {
@@ -262,6 +268,13 @@ fn make_frame<'v>(
         level: level as f32,
     };
     (frame, split)
+}
+
+/// The table position up to which slabs show nothing.
+fn clear(data: &TransferData) -> f32 {
+    let clear = data.table.clear(data.classes.last() + 1);
+    // Entries of the finer table may reach into the next interval.
+    (if data.fine.is_some() { clear.saturating_sub(1) } else { clear }) as f32
 }
 
 /// What pixels start from: colour channels, then transmittance.

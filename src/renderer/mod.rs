@@ -175,17 +175,15 @@ impl<'v> Renderer<'v> {
 /// Pixels of a picture, all zero. Memory is refused here with a message, not in the allocator with an abort.
 fn canvas(width: u32, height: u32) -> Result<Vec<[f32; 4]>> {
     let count = width as usize * height as usize;
-    let mut pixels = Vec::new();
     // Twice the pixels: an encoder needs about as much again.
-    if pixels.try_reserve_exact(2 * count).is_err() {
+    if Vec::<[f32; 4]>::new().try_reserve_exact(2 * count).is_err() {
         return Err(Error::invalid(format!(
             "image {width} x {height}: {} bytes of pixels, this machine does not give that much memory",
             count as u64 * 16
         )));
     }
-    pixels.shrink_to(count);
-    pixels.resize(count, [0.0; 4]);
-    Ok(pixels)
+    // Zero from the system: the threads that fill the pixels are the first to touch them.
+    Ok(vec![[0.0; 4]; count])
 }
 
 fn make_pool(threads: Option<usize>) -> Result<ThreadPool> {

@@ -123,18 +123,19 @@ struct Seen {
     corners: u64,
 }
 
-fn check((stack, grid, planes): &(Stack, Grid, Vec<ClipPlane>), seen: &mut Seen) {
+fn check((stack, grid, planes): &(Stack, Grid, Vec<ClipPlane>), level: Level, seen: &mut Seen) {
     if stack.is_empty() {
         return;
     }
-    let beams = Beams::new(stack, false, Outer::Partial);
+    let beams = Beams::new(stack, false, Outer::Partial, level);
     let (width, height) = (stack.view.width, stack.view.height);
     let mut batch = Batch::new();
     for y0 in (0..height).step_by(SIDE) {
         for x0 in (0..width).step_by(SIDE) {
             let place = |i: usize| (x0 + (i % SIDE) as u32, y0 + (i / SIDE) as u32);
             let inside = |i: usize| place(i).0 < width && place(i).1 < height;
-            let range = beams.block(x0, y0, inside, &mut batch.pixels);
+            let lanes = (0..BATCH).fold(0, |bits, i| bits | u64::from(inside(i)) << i);
+            let range = beams.block(x0, y0, lanes, &mut batch.pixels);
             // Of a block that no slice covers nothing else is told.
             let missed = range.any.0 > range.any.1;
             let (mut any, mut fragments) = ((i64::MAX, i64::MIN), 0);
@@ -193,8 +194,8 @@ fn check((stack, grid, planes): &(Stack, Grid, Vec<ClipPlane>), seen: &mut Seen)
 #[test]
 fn intervals_are_the_slices_that_edge_functions_cover() {
     let (mut n, mut seen) = (Numbers(3), Seen::default());
-    for _ in 0..700 {
-        check(&anywhere(&mut n), &mut seen);
+    for round in 0..700 {
+        check(&anywhere(&mut n), Level::available()[round % Level::available().len()], &mut seen);
     }
     assert!(seen.covered > 40_000 && seen.whole > 1000 && seen.doubt == 0 && seen.corners > 100, "{seen:?} is no test");
 }
@@ -202,8 +203,8 @@ fn intervals_are_the_slices_that_edge_functions_cover() {
 #[test]
 fn intervals_hold_where_edges_meet_pixel_centres() {
     let (mut n, mut seen) = (Numbers(4), Seen::default());
-    for _ in 0..300 {
-        check(&tied(&mut n), &mut seen);
+    for round in 0..300 {
+        check(&tied(&mut n), Level::available()[round % Level::available().len()], &mut seen);
     }
     assert!(seen.covered > 20_000 && seen.doubt > 100, "{seen:?} is no test");
 }
