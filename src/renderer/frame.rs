@@ -15,7 +15,7 @@ use std::time::Instant;
 
 /// What depends on the volume alone.
 pub(super) struct VolumeData {
-    pub(super) bricks: Bricks,
+    pub(super) bricks: Arc<Bricks>,
     pub(super) packed: Option<Packed>,
     pub(super) scaling: Scaling,
 }

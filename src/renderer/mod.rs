@@ -12,7 +12,6 @@ use crate::proxy::Stack;
 use crate::raster::Watch;
 use crate::scene::{MAX_SLICES, Method, Scene, Slicing, View};
 use crate::target::Picture;
-use crate::volume::bricks::Bricks;
 use crate::volume::packed::Packed;
 use crate::{Error, Result, Settings, Volume};
 #[cfg(feature = "explain")]
@@ -113,7 +112,7 @@ impl<'v> Renderer<'v> {
         let volume = self.volume;
         clock.prepare(|| {
             self.volume_data.get_or_insert_with(|| {
-                let bricks = Bricks::new(volume.voxels(), volume.grid().dims());
+                let bricks = volume.bricks().clone();
                 let scaling = Scaling::new(volume, &bricks);
                 // Lookups that convert do not read packed voxels.
                 let packed = if scaling.to_f32.is_none() { Packed::new(volume.voxels(), volume.grid().dims()) } else { None };
