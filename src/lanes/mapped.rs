@@ -39,6 +39,9 @@ impl<T: Pod> Mapped<T> {
         // unchecked (lookups into tables wrap around). A file cut short meanwhile ends the process with SIGBUS, which touches no
         // memory that is not ours; `Limits::map_bytes` says so and turns mapping off.
         let map = unsafe { MmapOptions::new().offset(first).len(bytes).map_copy_read_only(file) }?;
+        // All of it will be looked at soon: the system may read ahead. A hint it cannot follow changes nothing.
+        #[cfg(unix)]
+        drop(map.advise(memmap2::Advice::WillNeed));
         // A page starts at a multiple of any alignment here, but that is the system's word.
         Ok(bytemuck::try_cast_slice::<u8, T>(&map).is_ok().then(|| Self { map: Arc::new(map), kind: PhantomData }))
     }

@@ -1,10 +1,13 @@
 //! Range of values in bricks of 4 x 4 x 4 cells: what lets empty space cost next to nothing.
 
-use super::voxels::{Voxel, Voxels, with_voxels};
+use super::voxels::{Voxel, VoxelType, Voxels, with_voxels};
 use rayon::prelude::*;
 
 /// Cells along a brick's side. Of twice this a fifth more batches have to be looked at.
 pub(crate) const BRICK: usize = 4;
+
+/// Voxels along a brick's side: the corners of its cells.
+const CORNERS: usize = BRICK + 1;
 
 /// Smallest and largest stored value of every brick, non-finite voxels left out.
 ///
@@ -39,9 +42,22 @@ struct Range<T>(T, T);
 
 impl<T: Voxel> Range<T> {
     /// The range of no voxels: largest number first. For integers their ends, for floats the infinities.
-    #[inline(always)]
     fn none() -> Self {
         Self(T::from_f64(f64::INFINITY), T::from_f64(f64::NEG_INFINITY))
+    }
+
+    /// In f32, rounded outwards where f32 does not hold every number of the type.
+    #[inline(always)]
+    fn outwards(self) -> (f32, f32) {
+        match T::TYPE {
+            VoxelType::U32 | VoxelType::I32 | VoxelType::F64 => (below(self.0.to_f64()), above(self.1.to_f64())),
+            _ => (self.0.to_f32(), self.1.to_f32()),
+        }
+    }
+
+    #[inline(always)]
+    fn with(self, other: Self) -> Self {
+        Self(if other.0 < self.0 { other.0 } else { self.0 }, if other.1 > self.1 { other.1 } else { self.1 })
     }
 }
 
@@ -51,21 +67,22 @@ type Layer<T> = (Range<T>, usize);
 fn build<T: Voxel>(voxels: &[T], [nx, ny, nz]: [usize; 3]) -> Bricks {
     let dims = [count(nx), count(ny), count(nz)];
     let mut ranges = vec![(f32::INFINITY, f32::NEG_INFINITY); dims.iter().product()];
+    let none = Range::<T>::none();
     let layers: Vec<Layer<T>> = ranges
         .par_chunks_mut(dims[0] * dims[1])
         .enumerate()
         .map_init(
-            || [vec![T::from_f64(0.0); nx], vec![T::from_f64(0.0); nx]],
+            || [vec![none.0; nx], vec![none.1; nx]],
             |[low, high], (bz, ranges)| {
-                let (mut all, mut non_finite) = (Range::none(), 0);
+                let (mut all, mut non_finite) = (none, 0);
                 for (by, ranges) in ranges.chunks_exact_mut(dims[0]).enumerate() {
                     // Across all rows of these bricks first, voxel by voxel; along each row once, at the end.
-                    low.fill(Range::<T>::none().0);
-                    high.fill(Range::<T>::none().1);
-                    for z in bz * BRICK..(bz * BRICK + BRICK + 1).min(nz) {
-                        let (first, end) = (by * BRICK, (by * BRICK + BRICK + 1).min(ny));
+                    low.fill(none.0);
+                    high.fill(none.1);
+                    for z in bz * BRICK..(bz * BRICK + CORNERS).min(nz) {
+                        let (first, end) = (by * BRICK, (by * BRICK + CORNERS).min(ny));
                         let rows = &voxels[(z * ny + first) * nx..(z * ny + end) * nx];
-                        add_rows(low, high, rows);
+                        add_rows(low, high, rows, none);
                         // The upper layer and row of voxels are shared with the next brick: count them there.
                         if T::FLOAT && (z < bz * BRICK + BRICK || bz + 1 == dims[2]) {
                             let own = if by + 1 == dims[1] { end } else { first + BRICK };
@@ -73,11 +90,13 @@ fn build<T: Voxel>(voxels: &[T], [nx, ny, nz]: [usize; 3]) -> Bricks {
                         }
                     }
                     for (bx, range) in ranges.iter_mut().enumerate() {
-                        let voxels = bx * BRICK..(bx * BRICK + BRICK + 1).min(nx);
-                        let found = Range(least(&low[voxels.clone()]), greatest(&high[voxels]));
-                        all = Range(least(&[all.0, found.0]), greatest(&[all.1, found.1]));
+                        let found = match (low[bx * BRICK..].first_chunk::<CORNERS>(), high[bx * BRICK..].first_chunk::<CORNERS>()) {
+                            (Some(low), Some(high)) => Range(least(low), greatest::<T>(high)),
+                            _ => Range(least(&low[bx * BRICK..]), greatest(&high[bx * BRICK..])),
+                        };
+                        all = all.with(found);
                         if found.0 <= found.1 {
-                            *range = (below(found.0.to_f64()), above(found.1.to_f64()));
+                            *range = found.outwards();
                         }
                     }
                 }
@@ -86,17 +105,21 @@ fn build<T: Voxel>(voxels: &[T], [nx, ny, nz]: [usize; 3]) -> Bricks {
         )
         .collect();
     let non_finite = layers.iter().map(|l| l.1).sum();
-    let range = layers.iter().fold(Range::none(), |r: Range<T>, l| Range(least(&[r.0, l.0.0]), greatest(&[r.1, l.0.1])));
+    let range = layers.iter().fold(none, |range: Range<T>, layer| range.with(layer.0));
     let range = if range.0 > range.1 { (f64::INFINITY, f64::NEG_INFINITY) } else { (range.0.to_f64(), range.1.to_f64()) };
     Bricks { dims, ranges, range, non_finite }
 }
 
+/// The least of some numbers, at least one.
+#[inline(always)]
 fn least<T: Voxel>(values: &[T]) -> T {
-    values.iter().fold(Range::<T>::none().0, |a, &b| if b < a { b } else { a })
+    values.iter().fold(values[0], |a, &b| if b < a { b } else { a })
 }
 
+/// The greatest of some numbers, at least one.
+#[inline(always)]
 fn greatest<T: Voxel>(values: &[T]) -> T {
-    values.iter().fold(Range::<T>::none().1, |a, &b| if b > a { b } else { a })
+    values.iter().fold(values[0], |a, &b| if b > a { b } else { a })
 }
 
 fn count_non_finite<T: Voxel>(row: &[T]) -> usize {
@@ -107,15 +130,15 @@ fn count_non_finite<T: Voxel>(row: &[T]) -> usize {
 /// Widens the range of every column, `low` to `high`, by up to five rows of voxels, each as long as `low`.
 ///
 /// Plain loops without a branch: the compiler turns them into the least and greatest of whole vectors.
-fn add_rows<T: Voxel>(low: &mut [T], high: &mut [T], rows: &[T]) {
+fn add_rows<T: Voxel>(low: &mut [T], high: &mut [T], rows: &[T], none: Range<T>) {
     let n = low.len();
     let high = &mut high[..n];
     let widen = |low: &mut T, high: &mut T, v: T| {
-        let (down, up) = if T::FLOAT && !v.is_finite() { (Range::<T>::none().0, Range::<T>::none().1) } else { (v, v) };
+        let (down, up) = if T::FLOAT && !v.is_finite() { (none.0, none.1) } else { (v, v) };
         *low = if down < *low { down } else { *low };
         *high = if up > *high { up } else { *high };
     };
-    if rows.len() == (BRICK + 1) * n {
+    if rows.len() == CORNERS * n {
         let (a, rest) = rows.split_at(n);
         let (b, rest) = rest.split_at(n);
         let (c, rest) = rest.split_at(n);
@@ -197,7 +220,7 @@ mod tests {
             let [nx, ny, nz] = dims;
             let values: Vec<T> = (0..nx * ny * nz).map(|i| T::from_f64(value(i))).collect();
             let bricks = Bricks::new(&values.clone().into(), dims);
-            let reach = |b: usize, n: usize| b * BRICK..(b * BRICK + BRICK + 1).min(n);
+            let reach = |b: usize, n: usize| b * BRICK..(b * BRICK + CORNERS).min(n);
             for (b, &range) in bricks.ranges.iter().enumerate() {
                 let at = [b % bricks.dims[0], b / bricks.dims[0] % bricks.dims[1], b / bricks.dims[0] / bricks.dims[1]];
                 let mut want = (f64::INFINITY, f64::NEG_INFINITY);
