@@ -68,7 +68,9 @@ fn a_mapped_volume_is_not_copied() {
     let read = body(&path, &Limits { map_bytes: u64::MAX, ..Limits::default() });
     assert!(!read.voxels().is_mapped());
     let (again, _) = Renderer::new(&read, Settings::default()).render(&scene(&read, 30.0)).unwrap();
-    assert!(first == again && first.pixel(128, 128)[3] > 0.5, "the picture does not depend on how the file came in");
+    assert!(first == again, "the picture does not depend on how the file came in");
+    let seen = first.pixels().iter().filter(|p| p[3] > 0.2).count();
+    assert!(seen > 2000, "the body shows: {seen} pixels");
 }
 
 #[test]
@@ -101,12 +103,12 @@ fn memory_of_a_large_picture_is_its_pixels() {
     let scene = |side| Scene::new(transfer.clone()).with_size(side, side).unwrap().with_slices(Slicing::Count(8)).unwrap();
     let mut renderer = Renderer::new(&volume, Settings::default());
     renderer.render(&scene(64)).unwrap();
-    let (before, own) = (memory("VmHWM:"), memory("RssAnon:"));
+    let own = memory("VmRSS:");
     let (picture, _) = renderer.render(&scene(4096)).unwrap();
     let pixels = picture.pixels().len() as u64 * 16;
     assert_eq!(pixels, 268_435_456);
-    let grown = memory("VmHWM:").max(before) - own;
-    assert!(grown < pixels + pixels / 8, "{grown} bytes for {pixels} bytes of pixels");
+    let grown = memory("VmHWM:") - own;
+    assert!(grown >= pixels && grown < pixels + pixels / 8, "{grown} bytes for {pixels} bytes of pixels");
 }
 
 /// `cargo test --release --test scale -- --ignored`: takes a gigabyte of disk and memory.

@@ -10,8 +10,9 @@ use std::time::Instant;
 const TILES: [u32; 3] = [8, 16, 32];
 /// Threads that schedules are worked out for.
 const THREADS: [usize; 4] = [2, 4, 16, 64];
-/// Most frames of each.
-const FRAMES: usize = 12;
+/// Fewest and most frames of each.
+const LEAST: usize = 4;
+const FRAMES: usize = 20;
 
 /// When a tile began and ended, and who rendered it.
 #[derive(Debug, Clone, Copy)]
@@ -87,7 +88,7 @@ pub(super) fn measure(volume: &Volume, scene: &Scene, settings: &Settings, slice
         // Not the first frame, which meets cold caches.
         renderer.render(&scene)?;
         for frame in 0..FRAMES {
-            if frame > 1 && left() <= 0.0 {
+            if frame >= LEAST && left() <= 0.0 {
                 break;
             }
             let (_, stats, clock) = renderer.render_watched(&scene, TileClock::default())?;

@@ -20,7 +20,7 @@ const FIRST: f64 = 0.55;
 const JUDGED: f64 = 0.62;
 const PICTURES: f64 = 0.8;
 const STAGES: f64 = 0.86;
-const BALANCE: f64 = 0.88;
+const BALANCE: f64 = 0.91;
 const COSTS: f64 = 0.97;
 const MANY: u64 = Accumulation::MANY;
 /// Most slices of a picture.
