@@ -94,7 +94,6 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
         limits: args.scene.limits(),
         estimate: args.estimate,
         progress: Some(bar.clone()),
-        ..Settings::default()
     };
     let mut clock = Clock::default();
     let start = Instant::now();
