@@ -10,12 +10,19 @@ pub struct Limits {
     pub voxel_bytes: u64,
     /// Most bytes of a header.
     pub header_bytes: u64,
+    /// Files of at least so many bytes of voxels are mapped into memory instead of read, where they hold the voxels as they are
+    /// needed: not compressed, in this machine's byte order, in a type that is kept, x fastest, aligned. 0 maps all of them,
+    /// `u64::MAX` none.
+    ///
+    /// A mapped file must not be cut short while the volume lives: the system then ends the process with SIGBUS (on Windows it
+    /// refuses the cut). Have files read that others rewrite in place, or that lie on a network's disk that may go away.
+    pub map_bytes: u64,
 }
 
 impl Default for Limits {
-    /// 16 GiB of voxels, 1 MiB of header.
+    /// 16 GiB of voxels, 1 MiB of header; files of 16 MiB of voxels and more are mapped.
     fn default() -> Self {
-        Self { voxel_bytes: 16 << 30, header_bytes: 1 << 20 }
+        Self { voxel_bytes: 16 << 30, header_bytes: 1 << 20, map_bytes: 16 << 20 }
     }
 }
 

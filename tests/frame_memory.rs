@@ -20,7 +20,7 @@ fn a_frame_takes_little_beside_the_voxels() {
     let bytes = DIMS.iter().product::<usize>();
     let before = peak();
     let voxels: Vec<u8> = (0..bytes).map(|i| (i >> 12) as u8 ^ i as u8).collect();
-    let volume = Volume::new(Grid::with_spacing(DIMS, [1.0; 3]).unwrap(), Voxels::U8(voxels)).unwrap();
+    let volume = Volume::new(Grid::with_spacing(DIMS, [1.0; 3]).unwrap(), Voxels::U8(voxels.into())).unwrap();
     let transfer = TransferFunction::new(vec![(0.0, [0.5; 3])], vec![(100.0, 0.0), (255.0, 0.3)]).unwrap();
     let mut renderer = Renderer::new(&volume, Settings::default());
     for blend in [Blend::Over, Blend::Mip] {

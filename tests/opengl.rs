@@ -13,7 +13,7 @@ use slicestack::{Picture, Renderer, Scene, Settings, Volume};
 
 /// A box of 8 voxels a side, all of one value.
 fn even(value: u8) -> Volume {
-    Volume::new(Grid::with_spacing([8; 3], [1.0; 3]).unwrap(), Voxels::U8(vec![value; 512])).unwrap()
+    Volume::new(Grid::with_spacing([8; 3], [1.0; 3]).unwrap(), Voxels::U8(vec![value; 512].into())).unwrap()
 }
 
 fn ramp() -> Volume {

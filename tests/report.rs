@@ -117,6 +117,8 @@ fn a_small_scene_becomes_a_page_numbers_and_plots() {
     let costs = csv(folder.join("costs.csv"));
     assert_eq!(costs.len(), json["costs"].as_array().unwrap().len());
     assert!(costs.len() >= 4);
+    let balance = csv(folder.join("balance.csv"));
+    assert_eq!((balance.len(), json["balance"].as_array().unwrap().len()), (12, 3));
     check_pictures(&folder, &["work-precision", "convergence", "stages", "cost-image", "cost-volume"]);
     assert!(folder.join("reference.png").is_file() && folder.join("rendering.png").is_file());
     let html = read(folder.join("report.html"));

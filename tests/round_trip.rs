@@ -194,22 +194,22 @@ fn vtk_cells_and_fields() {
     let v = open("a", format!("{head}CELL_DATA 4\nSCALARS s float\nLOOKUP_TABLE default\n1 2 3 4\n").as_bytes());
     assert_eq!((v.grid().dims(), v.grid().origin()), ([2, 2, 1], DVec3::splat(2.0)));
     let v = open("a", format!("{head}POINT_DATA 18\nFIELD FieldData 1\nf 1 18 int\n{}", "7 ".repeat(18)).as_bytes());
-    assert!(*v.voxels() == Voxels::I32(vec![7; 18]));
+    assert!(*v.voxels() == Voxels::I32(vec![7; 18].into()));
     // Without a LOOKUP_TABLE line, and with another array behind.
     let v = open("a", format!("{head}POINT_DATA 18\nSCALARS s short\n{}VECTORS v float\n1 2 3", "-7 ".repeat(18)).as_bytes());
-    assert!(*v.voxels() == Voxels::I16(vec![-7; 18]));
+    assert!(*v.voxels() == Voxels::I16(vec![-7; 18].into()));
 }
 
 #[test]
 fn numpy_shapes_types_and_archives() {
     let words: Vec<u8> = [1i64, -2, i64::from(i32::MAX), i64::from(i32::MIN)].iter().flat_map(|v| v.to_le_bytes()).collect();
     let v = open("a", &npy_raw(1, "{'descr': '<i8', 'fortran_order': False, 'shape': (1, 2, 2)}", &words));
-    assert!(*v.voxels() == Voxels::I32(vec![1, -2, i32::MAX, i32::MIN]));
+    assert!(*v.voxels() == Voxels::I32(vec![1, -2, i32::MAX, i32::MIN].into()));
     let v = open("a", &npy_raw(1, "{'descr': '<i8', 'fortran_order': True, 'shape': (1, 2, 2)}", &words));
-    assert!(*v.voxels() == Voxels::I32(vec![1, i32::MAX, -2, i32::MIN]));
+    assert!(*v.voxels() == Voxels::I32(vec![1, i32::MAX, -2, i32::MIN].into()));
     let v = open("a", &npy_raw(2, "{'descr': '|b1', 'fortran_order': False, 'shape': (1, 2, 1, 3, 1)}", &[0, 1, 1, 0, 1, 0]));
     assert_eq!(v.grid().dims(), [1, 3, 2]);
-    assert!(*v.voxels() == Voxels::U8(vec![0, 1, 1, 0, 1, 0]));
+    assert!(*v.voxels() == Voxels::U8(vec![0, 1, 1, 0, 1, 0].into()));
 
     // The first array of three dimensions, past text and a table; its name is told.
     let sample = Sample::new(VoxelType::F32, DIMS);
@@ -243,5 +243,5 @@ fn raw_that_starts_like_gzip_is_raw() {
     let dir = TempDir::new().unwrap();
     let path = save(&dir, "a.raw", &[0x1f, 0x8b, 8, 4]);
     let v = io::read_raw(path, &RawSpec::new([2, 2, 1], VoxelType::U8), &Limits::default()).unwrap();
-    assert!(*v.voxels() == Voxels::U8(vec![0x1f, 0x8b, 8, 4]));
+    assert!(*v.voxels() == Voxels::U8(vec![0x1f, 0x8b, 8, 4].into()));
 }

@@ -72,7 +72,7 @@ pub(super) fn run(args: &ExplainArgs) -> Result<()> {
 
     let scene_file = text.open(&overrides)?;
     let bar = Arc::new(Bar::new());
-    let settings = Settings { progress: Some(bar.clone()), ..Settings::default() };
+    let settings = Settings { limits: args.scene.limits(), progress: Some(bar.clone()), ..Settings::default() };
     if let (Some(path), Some(json)) = (scene_file.volume().path(), &json) {
         json.spare("JSON", &[b"{"], &[path])?;
     }

@@ -2,12 +2,12 @@
 
 use super::flags::VolumeFlags;
 use super::output::print;
-use super::scene::scene_of;
+use super::scene::{ReadingArgs, scene_of};
 use anyhow::Result;
 use serde_json::{Value, json};
+use slicestack::Volume;
 use slicestack::scene::{Overrides, Preset};
 use slicestack::volume::{Modality, Space};
-use slicestack::{Limits, Volume};
 use std::path::PathBuf;
 
 /// What `info` takes.
@@ -20,6 +20,8 @@ pub(super) struct InfoArgs {
     /// Print JSON.
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    reading: ReadingArgs,
     #[command(flatten)]
     flags: VolumeFlags,
 }
@@ -36,7 +38,7 @@ pub(super) fn run(args: &InfoArgs) -> Result<()> {
     let mut overrides = Overrides::default();
     let text = scene_of(Some(&args.file), &mut overrides)?;
     args.flags.apply(&mut overrides);
-    let volume = text.open(&overrides)?.volume().load(&Limits::default())?;
+    let volume = text.open(&overrides)?.volume().load(&args.reading.limits())?;
     let text = if args.json { serde_json::to_string_pretty(&as_json(&volume))? + "\n" } else { as_text(&volume) };
     print(text.as_bytes())
 }

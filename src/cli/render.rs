@@ -91,9 +91,9 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
         threads: args.threads.map(|n| n as usize),
         tile: args.tile,
         level: settings_level,
+        limits: args.scene.limits(),
         estimate: args.estimate,
         progress: Some(bar.clone()),
-        ..Settings::default()
     };
     let mut clock = Clock::default();
     let start = Instant::now();
@@ -105,12 +105,16 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
     }
     let volume = scene_file.volume().load(&settings.limits)?;
     clock.load = start.elapsed().as_secs_f64();
+    // Presets look at the voxels, and keep what they found for the frame.
+    let start = Instant::now();
     let (scene, mut warnings) = scene_file.to_scene(&volume)?;
+    clock.prepare = start.elapsed().as_secs_f64();
 
     enter(Phase::Rendering);
     let mut renderer = Renderer::new(&volume, settings);
     let (mut picture, mut stats) = renderer.render(&scene)?;
-    (clock.prepare, clock.render) = (stats.prepare_seconds, stats.render_seconds);
+    clock.prepare += stats.prepare_seconds;
+    clock.render = stats.render_seconds;
     for _ in 1..args.repeat {
         (picture, stats) = renderer.render(&scene)?;
         clock.render = clock.render.min(stats.render_seconds);

@@ -62,7 +62,13 @@ pub(super) fn run(args: &ReportArgs) -> Result<()> {
     let folder = Folder::new(&args.output)?;
     catch_signals()?;
     let bar = Arc::new(Bar::new());
-    let settings = Settings { threads: args.threads.map(|n| n as usize), level, progress: Some(bar.clone()), ..Settings::default() };
+    let settings = Settings {
+        threads: args.threads.map(|n| n as usize),
+        level,
+        limits: args.scene.limits(),
+        progress: Some(bar.clone()),
+        ..Settings::default()
+    };
     if args.stability {
         enter(Phase::Rendering);
         let found = stability(&settings)?;

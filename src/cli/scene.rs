@@ -3,6 +3,7 @@
 use super::Usage;
 use super::flags::SceneFlags;
 use anyhow::{Result, bail};
+use slicestack::Limits;
 use slicestack::lanes::Level;
 use slicestack::scene::{Overrides, SceneFile};
 use std::path::{Path, PathBuf};
@@ -44,13 +45,35 @@ pub(super) struct SceneArgs {
     #[arg(long, value_name = "COLOUR")]
     background: Option<String>,
     #[command(flatten)]
+    reading: ReadingArgs,
+    #[command(flatten)]
     flags: SceneFlags,
+}
+
+/// How volume files are read.
+#[derive(Debug, clap::Args)]
+pub(super) struct ReadingArgs {
+    /// Read the volume into memory instead of mapping its file: for files that others rewrite meanwhile, and disks that may go away.
+    #[arg(long)]
+    no_mmap: bool,
+}
+
+impl ReadingArgs {
+    pub(super) fn limits(&self) -> Limits {
+        let limits = Limits::default();
+        if self.no_mmap { Limits { map_bytes: u64::MAX, ..limits } } else { limits }
+    }
 }
 
 impl SceneArgs {
     /// Whether a scene or a volume is named.
     pub(super) fn names_a_volume(&self) -> bool {
         self.input.is_some() || self.flags.has("volume.path") || self.flags.has("volume.phantom")
+    }
+
+    /// Limits for the volume, and how its file is read.
+    pub(super) fn limits(&self) -> Limits {
+        self.reading.limits()
     }
 
     /// The scene to read, and what overrides its keys.

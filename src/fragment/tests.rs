@@ -223,7 +223,7 @@ fn every_stage_equals_its_scalar_twin() {
 
 #[test]
 fn guard_uncovers_fragments_without_a_finite_value() {
-    let voxels = Voxels::U8(vec![0; DIMS.iter().product()]);
+    let voxels = Voxels::U8(vec![0; DIMS.iter().product()].into());
     let mut n = Numbers(5);
     let frame = frame(&voxels, &mut n, FogMode::Exp { density: 0.0 }, true);
     for level in Level::available() {

@@ -5,18 +5,22 @@
 //!   comparisons only; nothing fused, nothing approximate, no reduction but bit masks and minimum or maximum;
 //! - operations whose results differ between instruction sets outside a range (conversion to integer) state the range;
 //! - this is the only room with `unsafe`, and what it exports is safe to call with any argument.
-#![allow(unsafe_code, reason = "vector intrinsics and unchecked loads live here and nowhere else")]
+#![allow(unsafe_code, reason = "vector intrinsics, unchecked loads and mapped files live here and nowhere else")]
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 mod cells;
 mod doubles;
+#[cfg(feature = "formats")]
+mod mapped;
 pub(crate) mod math;
 mod scalar;
 mod table;
 mod wide;
 
 pub(crate) use cells::{CellLoad, Corners, Pairs, ToF32};
+#[cfg(feature = "formats")]
+pub(crate) use mapped::Mapped;
 pub(crate) use table::LookupTable;
 
 /// Runs a block of statements for each row of eight fragments whose bit is set, first row first.

@@ -416,12 +416,12 @@ mod tests {
     fn bytes_stay_as_they_are_and_other_types_fill_the_range() {
         let grid = Grid::with_spacing([3, 1, 1], [1.0; 3]).expect("grid");
         let key = TextureKey { format: TextureFormat::Unorm8, table: None };
-        let bytes = Volume::new(grid.clone(), Voxels::U8(vec![7, 8, 9])).expect("volume");
+        let bytes = Volume::new(grid.clone(), Voxels::U8(vec![7, 8, 9].into())).expect("volume");
         assert_eq!(Texture::new(&bytes, &Values::of(&bytes), &key).expect("texture"), Texture::R8(vec![7, 8, 9]));
         assert_eq!(Values::of(&bytes).of_level(8), 8.0);
-        let floats = Volume::new(grid.clone(), Voxels::F32(vec![-1.0, f32::NAN, 3.0])).expect("volume");
+        let floats = Volume::new(grid.clone(), Voxels::F32(vec![-1.0, f32::NAN, 3.0].into())).expect("volume");
         assert_eq!(Texture::new(&floats, &Values::of(&floats), &key).expect("texture"), Texture::R8(vec![0, 0, 255]));
-        let wide = Volume::new(grid, Voxels::F64(vec![f64::MIN, 0.0, f64::MAX])).expect("volume");
+        let wide = Volume::new(grid, Voxels::F64(vec![f64::MIN, 0.0, f64::MAX].into())).expect("volume");
         let key = TextureKey { format: TextureFormat::F32, table: None };
         assert_eq!(Texture::new(&wide, &Values::of(&wide), &key).expect("texture"), Texture::R32F(vec![0.0, 0.5, 1.0]));
         assert_eq!((Values::of(&wide).of_level(0), Values::of(&wide).of_level(255)), (f64::MIN, f64::MAX));

@@ -1,6 +1,7 @@
 //! Which bricks hold anything the transfer function shows, as sums over boxes of bricks.
 
 use crate::volume::bricks::{BRICK, Bricks};
+use rayon::prelude::*;
 
 /// What a box of cells holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,20 +24,24 @@ pub(crate) struct Occupancy {
 
 impl Occupancy {
     /// Occupancy of `bricks` on a grid of `dims` voxels, where `visible` tells whether a range of stored values shows.
-    pub(crate) fn new(bricks: &Bricks, dims: [usize; 3], visible: impl Fn(f64, f64) -> bool) -> Self {
+    pub(crate) fn new(bricks: &Bricks, dims: [usize; 3], visible: impl Fn(f64, f64) -> bool + Sync) -> Self {
         let [bx, by, bz] = bricks.dims;
         let (sx, sy) = (bx + 1, (bx + 1) * (by + 1));
         let mut sums = vec![0u32; sy * (bz + 1)];
-        for z in 0..bz {
-            for y in 0..by {
+        // Each layer's own sums first, all layers at once; then every layer takes in the one below.
+        sums[sy..].par_chunks_exact_mut(sy).zip(bricks.ranges.par_chunks_exact(bx * by)).for_each(|(sums, ranges)| {
+            for (y, ranges) in ranges.chunks_exact(bx).enumerate() {
+                let (before, row) = sums[y * sx..(y + 2) * sx].split_at_mut(sx);
                 let mut along = 0;
-                for x in 0..bx {
-                    let (lo, hi) = bricks.ranges[(z * by + y) * bx + x];
+                for ((&(lo, hi), sum), before) in ranges.iter().zip(&mut row[1..]).zip(&before[1..]) {
                     along += u32::from(visible(f64::from(lo), f64::from(hi)));
-                    let at = (z + 1) * sy + (y + 1) * sx + x + 1;
-                    sums[at] = along + sums[at - sx] + sums[at - sy] - sums[at - sx - sy];
+                    *sum = along + before;
                 }
             }
+        });
+        for z in 1..=bz {
+            let (before, layer) = sums[(z - 1) * sy..(z + 1) * sy].split_at_mut(sy);
+            layer.iter_mut().zip(before).for_each(|(sum, before)| *sum += *before);
         }
         Self { dims: bricks.dims, cells: dims.map(|n| n.saturating_sub(2) as u32), sums }
     }
@@ -82,7 +87,7 @@ mod tests {
         let dims = [40usize, 25, 33];
         let values: Vec<u8> =
             (0..dims.iter().product::<usize>()).map(|i| if i % 5000 == 0 || (i % 40 < 17 && i > 14_000) { 200 } else { 3 }).collect();
-        let bricks = Bricks::new(&Voxels::U8(values), dims);
+        let bricks = Bricks::new(&Voxels::U8(values.into()), dims);
         let visible = |_: f64, hi: f64| hi > 100.0;
         let occupancy = Occupancy::new(&bricks, dims, visible);
         let brick = |x: usize, y: usize, z: usize| {

@@ -8,9 +8,9 @@ use crate::fragment::Batch;
 use crate::fragment::batch::SIDE;
 use crate::settings::Progress;
 use crate::{Error, Result};
-use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 /// A tile: its first pixel, and a slice of every row it owns.
 struct Tile<'p> {
@@ -91,31 +91,44 @@ pub(crate) fn render_tiles<W: Watch>(
     watch: &W,
 ) -> Result<(Counters, W)> {
     let beams = Beams::new(work.stack, work.radial, work.outer, work.level);
-    let mut tiles = cut(pixels, work.stack.view.width as usize, side as usize);
+    let tiles = cut(pixels, work.stack.view.width as usize, side as usize);
     let (total, done, stopped) = (tiles.len() as u64, AtomicU64::new(0), AtomicBool::new(false));
-    let seen = tiles
-        .par_iter_mut()
-        .map_init(Batch::new, |batch, tile| {
-            let (mut counters, mut watch) = (Counters::default(), watch.fresh());
-            if stopped.load(Ordering::Relaxed) {
-                return (counters, watch);
-            }
-            render_tile(work, &beams, resolve, blocks, tile, batch, &mut counters, &mut watch);
+    // Whoever is free takes the next tile: no thread is left with a row of them while another has none.
+    let queue = Mutex::new(tiles.into_iter().enumerate());
+    let next = || queue.lock().unwrap_or_else(PoisonError::into_inner).next();
+    let parts = rayon::broadcast(|_| {
+        let (mut batch, mut counters, mut seen) = (Batch::new(), Counters::default(), Vec::new());
+        while let Some((at, mut tile)) = next() {
+            let mut watch = watch.fresh();
+            render_tile(work, &beams, resolve, blocks, &mut tile, &mut batch, &mut counters, &mut watch);
+            watch.over();
+            seen.push((at, watch));
             let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-            if progress.is_some_and(|p| !p.step("rendering", done, total)) {
+            if stopped.load(Ordering::Relaxed) || progress.is_some_and(|p| !p.step("rendering", done, total)) {
                 stopped.store(true, Ordering::Relaxed);
+                break;
             }
-            (counters, watch)
-        })
-        .reduce(
-            || (Counters::default(), watch.fresh()),
-            |mut a, b| {
-                a.0.add(&b.0);
-                a.1.merge(b.1);
-                a
-            },
-        );
-    if stopped.into_inner() { Err(Error::Stopped) } else { Ok(seen) }
+        }
+        (counters, seen)
+    });
+    if stopped.into_inner() {
+        return Err(Error::Stopped);
+    }
+    let (mut counters, mut seen) = (Counters::default(), Vec::new());
+    for (count, part) in parts {
+        counters.add(&count);
+        seen.extend(part);
+    }
+    // In the order of tiles, whoever rendered them.
+    seen.sort_unstable_by_key(|part| part.0);
+    let mut all: Option<W> = None;
+    for (_, part) in seen {
+        match &mut all {
+            Some(all) => all.merge(part),
+            None => all = Some(part),
+        }
+    }
+    Ok((counters, all.unwrap_or_else(|| watch.fresh())))
 }
 
 #[allow(clippy::too_many_arguments, reason = "what all tiles share, and what a thread has of its own")]

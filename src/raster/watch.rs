@@ -52,7 +52,10 @@ pub(crate) trait Watch: Send + Sync {
         let _ = batch;
     }
 
-    /// Takes in what another tile's onlooker saw.
+    /// The tile is over.
+    fn over(&mut self) {}
+
+    /// Takes in what the onlooker of a tile further on saw: tiles come row by row.
     fn merge(&mut self, other: Self);
 }
 

@@ -1,6 +1,6 @@
 //! One frame: so many slices of a scene, into pixels.
 
-use super::{Renderer, TILE};
+use super::{Renderer, tile_side};
 use crate::fragment::{Frame, FrameFog};
 use crate::lanes::LookupTable;
 use crate::plan::{self, Classes, Needs, Scaling, Slab};
@@ -15,7 +15,7 @@ use std::time::Instant;
 
 /// What depends on the volume alone.
 pub(super) struct VolumeData {
-    pub(super) bricks: Bricks,
+    pub(super) bricks: Arc<Bricks>,
     pub(super) packed: Option<Packed>,
     pub(super) scaling: Scaling,
 }
@@ -121,7 +121,7 @@ impl Renderer<'_> {
         if stack.is_empty() {
             pixels.fill(resolve.background());
         } else {
-            let tile = self.settings.tile.unwrap_or(TILE);
+            let tile = self.settings.tile.unwrap_or_else(|| tile_side(stack.view.width, stack.view.height));
             let seen;
             (counters, seen) = render_tiles(&work, &resolve, tile, pixels, blocks, self.settings.progress.as_deref(), &shot.watch)?;
             shot.watch.merge(seen);

@@ -12,7 +12,6 @@ use crate::proxy::Stack;
 use crate::raster::Watch;
 use crate::scene::{MAX_SLICES, Method, Scene, Slicing, View};
 use crate::target::Picture;
-use crate::volume::bricks::Bricks;
 use crate::volume::packed::Packed;
 use crate::{Error, Result, Settings, Volume};
 #[cfg(feature = "explain")]
@@ -20,8 +19,10 @@ pub(crate) use frame::start_values;
 use frame::{Clock, Shot, TransferData, VolumeData};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-/// Side of a tile when the settings leave it open: a multiple of the block, small enough to share out on many cores.
-const TILE: u32 = 32;
+/// Sides of a tile when the settings leave it open: multiples of the block.
+const TILES: [u32; 4] = [64, 32, 16, 8];
+/// Fewest tiles of a picture, where it has room for them: enough that 64 threads share them out evenly.
+const SHARED: u32 = 1024;
 
 /// What a picture cost, and what was left out.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -113,7 +114,7 @@ impl<'v> Renderer<'v> {
         let volume = self.volume;
         clock.prepare(|| {
             self.volume_data.get_or_insert_with(|| {
-                let bricks = Bricks::new(volume.voxels(), volume.grid().dims());
+                let bricks = volume.bricks().clone();
                 let scaling = Scaling::new(volume, &bricks);
                 // Lookups that convert do not read packed voxels.
                 let packed = if scaling.to_f32.is_none() { Packed::new(volume.voxels(), volume.grid().dims()) } else { None };
@@ -172,6 +173,12 @@ impl<'v> Renderer<'v> {
     }
 }
 
+/// The largest side of tiles that makes enough of them of a picture of `width` x `height` pixels.
+fn tile_side(width: u32, height: u32) -> u32 {
+    let enough = |side: &u32| u64::from(width.div_ceil(*side)) * u64::from(height.div_ceil(*side)) >= u64::from(SHARED);
+    TILES.into_iter().find(enough).unwrap_or(TILES[TILES.len() - 1])
+}
+
 /// Pixels of a picture, all zero. Memory is refused here with a message, not in the allocator with an abort.
 fn canvas(width: u32, height: u32) -> Result<Vec<[f32; 4]>> {
     let count = width as usize * height as usize;
@@ -211,4 +218,18 @@ fn slice_count(spacing: f64, volume: &Volume, view: &View) -> Result<u64> {
 /// As [`Renderer::render`].
 pub fn render(volume: &Volume, scene: &Scene) -> Result<Picture> {
     Ok(Renderer::new(volume, Settings::default()).render(scene)?.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::tile_side;
+
+    #[test]
+    fn tiles_are_many_and_large() {
+        for (width, height, side) in
+            [(512, 512, 16), (1024, 1024, 32), (2048, 1024, 32), (2048, 2048, 64), (8192, 8192, 64), (100, 50, 8), (1, 9000, 8)]
+        {
+            assert_eq!(tile_side(width, height), side, "{width} x {height}");
+        }
+    }
 }

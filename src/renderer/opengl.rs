@@ -1,7 +1,7 @@
 //! A picture by way of the fixed-function pipeline.
 
 use super::frame::{Clock, background};
-use super::{RenderStats, Renderer, TILE, canvas, slice_count};
+use super::{RenderStats, Renderer, canvas, slice_count, tile_side};
 use crate::opengl;
 use crate::proxy::Stack;
 use crate::scene::{Classification, Equation, Factor, FogWeighting, OpenGl, Scene, Slicing, TableColors};
@@ -55,7 +55,11 @@ impl Renderer<'_> {
             target: method.target,
         };
         let mut pixels = canvas(width, height)?;
-        let fragments = pipeline.draw(&mut pixels, self.settings.tile.unwrap_or(TILE), self.settings.progress.as_deref())?;
+        let fragments = pipeline.draw(
+            &mut pixels,
+            self.settings.tile.unwrap_or_else(|| tile_side(width, height)),
+            self.settings.progress.as_deref(),
+        )?;
         let non_finite = if volume.voxels().voxel_type().is_float() { volume.statistics().non_finite } else { 0 };
         let mut warnings = Vec::new();
         if stack.is_empty() {

@@ -209,8 +209,9 @@ impl Preset {
     /// [`crate::Error::Invalid`] when the volume's range leaves f64's.
     pub fn transfer(self, volume: &Volume) -> Result<PresetTransfer> {
         let (scale, color, opacity) = self.table();
-        let marks = Landmarks::of(volume.statistics());
-        let place = |t: f64| if matches!(scale, Scale::Hounsfield) { t } else { marks.at(t) };
+        // Hounsfield units stand where they stand: the voxels need not be looked at.
+        let marks = (!matches!(scale, Scale::Hounsfield)).then(|| Landmarks::of(volume.statistics()));
+        let place = |t: f64| marks.map_or(t, |marks| marks.at(t));
         let color = match self {
             Self::HotRamp => ColorMap::Hot.spread(place(-0.8), place(1.0)),
             Self::ViridisRamp => ColorMap::Viridis.spread(place(-0.8), place(1.0)),
@@ -362,7 +363,7 @@ mod tests {
 
     fn volume(values: Vec<i16>) -> Volume {
         let n = values.len();
-        Volume::new(Grid::with_spacing([n, 1, 1], [1.0, 1.0, 1.0]).expect("grid"), Voxels::I16(values)).expect("volume")
+        Volume::new(Grid::with_spacing([n, 1, 1], [1.0, 1.0, 1.0]).expect("grid"), Voxels::I16(values.into())).expect("volume")
     }
 
     /// Mostly air, then fat, tissue and bone, in Hounsfield units plus `offset`.

@@ -258,7 +258,7 @@ mod tests {
     #[test]
     fn senseless_options_are_told() {
         let transfer = TransferFunction::new(vec![(0.0, [1.0; 3])], vec![(0.0, 0.5)]).unwrap();
-        let volume = Volume::new(Grid::with_spacing([4; 3], [1.0; 3]).unwrap(), Voxels::U8(vec![3; 64])).unwrap();
+        let volume = Volume::new(Grid::with_spacing([4; 3], [1.0; 3]).unwrap(), Voxels::U8(vec![3; 64].into())).unwrap();
         let scene = Scene::new(transfer).with_size(8, 8).unwrap();
         for budget in [0.0, -1.0, f64::NAN, f64::INFINITY] {
             let said = study(&volume, &scene, &Options { budget, ..Options::default() }).unwrap_err().to_string();

@@ -95,7 +95,7 @@ fn gather<T: Voxel>(voxels: &[T], [nx, ny, _]: [usize; 3], [x, y, z]: &[Vec<usiz
             values.extend(x.iter().map(|i| voxels[row + i]));
         }
     }
-    T::wrap(values)
+    T::wrap(values.into())
 }
 
 #[cfg(test)]

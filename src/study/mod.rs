@@ -11,6 +11,7 @@
 //! equation dC/ds = -kappa C + q, and drives it to the ends of its numbers.
 
 mod advice;
+mod balance;
 mod clock;
 mod cost;
 mod methods;
@@ -26,7 +27,7 @@ mod watch;
 
 pub use methods::{METHODS, NamedMethod};
 pub use precision::{Options, Study, study};
-pub use record::{Advice, Cost, MethodRecord, Point, PreIntegration, Record, Setting, SlicesFor, StageTime};
+pub use record::{Advice, Balance, Cost, MethodRecord, Point, PreIntegration, Record, Setting, Shared, SlicesFor, StageTime};
 
 pub use report::{File, scene_files, stability_files};
 pub use stability::{CountPoint, RiemannPoint, Row, Stability, stability};

@@ -3,7 +3,7 @@
 use super::clock::Clock;
 use super::methods::{METHODS, NamedMethod};
 use super::record::{MethodRecord, Point, Record, Setting};
-use super::{advice, cost, stages};
+use super::{advice, balance, cost, stages};
 use crate::reference::metrics::{self, Displayed};
 use crate::reference::{ReferenceImage, Region, image};
 use crate::scene::{Accumulation, Slicing};
@@ -20,6 +20,7 @@ const FIRST: f64 = 0.55;
 const JUDGED: f64 = 0.62;
 const PICTURES: f64 = 0.8;
 const STAGES: f64 = 0.86;
+const BALANCE: f64 = 0.91;
 const COSTS: f64 = 0.97;
 const MANY: u64 = Accumulation::MANY;
 /// Most slices of a picture.
@@ -119,6 +120,8 @@ pub fn study(volume: &Volume, scene: &Scene, options: &Options) -> Result<Study>
     let methods = methods.collect();
     clock.now("stages")?;
     let stages = stages::measure(&mut renderer, scene, &options.methods, slices, || clock.left(STAGES))?;
+    clock.now("balance")?;
+    let balance = balance::measure(volume, scene, &options.settings, slices, || clock.left(BALANCE))?;
     clock.now("sizes")?;
     let costs = cost::measure(volume, scene, &options.settings, slices, &clock, COSTS)?;
     let advice = advice::advice(&options.methods, &found.points);
@@ -141,7 +144,7 @@ pub fn study(volume: &Volume, scene: &Scene, options: &Options) -> Result<Study>
         reference_seconds,
         version: env!("CARGO_PKG_VERSION").into(),
     };
-    let record = Record { setting, methods, points: found.points, stages, costs, advice, pre_integration };
+    let record = Record { setting, methods, points: found.points, stages, costs, balance, advice, pre_integration };
     Ok(Study { record, reference: bench.reference, pictures: found.pictures })
 }
 

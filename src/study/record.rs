@@ -16,10 +16,48 @@ pub struct Record {
     pub stages: Vec<StageTime>,
     /// Cost against image size and volume size.
     pub costs: Vec<Cost>,
+    /// How evenly a frame's work falls on threads.
+    pub balance: Vec<Balance>,
     /// Which method to use for which error.
     pub advice: Vec<Advice>,
     /// How pre-integration did, and why.
     pub pre_integration: Option<PreIntegration>,
+}
+
+/// How evenly a frame's tiles fall on threads.
+#[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
+pub struct Balance {
+    /// Side of a tile in pixels.
+    pub tile: u32,
+    /// Number of tiles.
+    pub tiles: usize,
+    /// Seconds of the longest.
+    pub longest: f64,
+    /// Worker threads that there were.
+    pub threads: usize,
+    /// Seconds of a frame on them.
+    pub seconds: f64,
+    /// The share of a frame that the least busy of them stood idle, in the frame where it was least.
+    pub idle: f64,
+    /// What as many threads as these would do, worked out from the times of the tiles.
+    pub shared: Vec<Shared>,
+}
+
+/// A frame's tiles on so many threads, each tile handed to the first that is free.
+#[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
+pub struct Shared {
+    /// Threads.
+    pub threads: usize,
+    /// Seconds until the last tile is done.
+    pub seconds: f64,
+    /// Times as fast as one thread.
+    pub speedup: f64,
+    /// The share of that time that the least busy thread stands idle.
+    pub idle: f64,
+    /// The same, of all threads on average.
+    pub mean_idle: f64,
 }
 
 /// What was studied, and how.

@@ -135,7 +135,11 @@ fn npy_bytes(picture: &Picture) -> Vec<u8> {
     // Below 200 bytes for any picture size.
     out.extend_from_slice(&(header.len() as u16).to_le_bytes());
     out.extend_from_slice(header.as_bytes());
-    out.extend(picture.pixels().iter().flatten().flat_map(|c| c.to_le_bytes()));
+    if cfg!(target_endian = "little") {
+        out.extend_from_slice(bytemuck::cast_slice(picture.pixels()));
+    } else {
+        out.extend(picture.pixels().iter().flatten().flat_map(|c| c.to_le_bytes()));
+    }
     out
 }
 

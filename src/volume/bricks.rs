@@ -1,10 +1,13 @@
 //! Range of values in bricks of 4 x 4 x 4 cells: what lets empty space cost next to nothing.
 
-use super::voxels::{Voxel, Voxels, with_voxels};
+use super::voxels::{Voxel, VoxelType, Voxels, with_voxels};
 use rayon::prelude::*;
 
 /// Cells along a brick's side. Of twice this a fifth more batches have to be looked at.
 pub(crate) const BRICK: usize = 4;
+
+/// Voxels along a brick's side: the corners of its cells.
+const CORNERS: usize = BRICK + 1;
 
 /// Smallest and largest stored value of every brick, non-finite voxels left out.
 ///
@@ -38,64 +41,122 @@ fn count(n: usize) -> usize {
 struct Range<T>(T, T);
 
 impl<T: Voxel> Range<T> {
+    /// The range of no voxels: largest number first. For integers their ends, for floats the infinities.
     fn none() -> Self {
         Self(T::from_f64(f64::INFINITY), T::from_f64(f64::NEG_INFINITY))
     }
 
-    /// The range of this one's voxels and `v`, unless that is NaN or infinite.
+    /// In f32, rounded outwards where f32 does not hold every number of the type.
     #[inline(always)]
-    fn with(self, v: T) -> Self {
-        let counts = !T::FLOAT || v.to_f64().is_finite();
-        Self(if counts && v < self.0 { v } else { self.0 }, if counts && v > self.1 { v } else { self.1 })
+    fn outwards(self) -> (f32, f32) {
+        match T::TYPE {
+            VoxelType::U32 | VoxelType::I32 | VoxelType::F64 => (below(self.0.to_f64()), above(self.1.to_f64())),
+            _ => (self.0.to_f32(), self.1.to_f32()),
+        }
+    }
+
+    #[inline(always)]
+    fn with(self, other: Self) -> Self {
+        Self(if other.0 < self.0 { other.0 } else { self.0 }, if other.1 > self.1 { other.1 } else { self.1 })
     }
 }
 
-/// A layer of bricks: ranges of each, voxels that are NaN or infinite.
-type Layer<T> = (Vec<Range<T>>, usize);
+/// What the voxels of a layer of bricks are: their range, and how many of them are NaN or infinite.
+type Layer<T> = (Range<T>, usize);
 
 fn build<T: Voxel>(voxels: &[T], [nx, ny, nz]: [usize; 3]) -> Bricks {
     let dims = [count(nx), count(ny), count(nz)];
-    let layers: Vec<Layer<T>> = (0..dims[2])
-        .into_par_iter()
-        .map(|bz| {
-            let mut ranges = vec![Range::none(); dims[0] * dims[1]];
-            let mut non_finite = 0;
-            for z in bz * BRICK..(bz * BRICK + BRICK + 1).min(nz) {
-                // The upper layer of voxels is shared with the next brick: count it there.
-                let counted = z < bz * BRICK + BRICK || bz + 1 == dims[2];
-                for by in 0..dims[1] {
-                    for y in by * BRICK..(by * BRICK + BRICK + 1).min(ny) {
-                        let row = &voxels[(z * ny + y) * nx..][..nx];
-                        if T::FLOAT && counted && (y < by * BRICK + BRICK || by + 1 == dims[1]) {
-                            non_finite += row.iter().filter(|v| !v.to_f64().is_finite()).count();
+    let mut ranges = vec![(f32::INFINITY, f32::NEG_INFINITY); dims.iter().product()];
+    let none = Range::<T>::none();
+    let layers: Vec<Layer<T>> = ranges
+        .par_chunks_mut(dims[0] * dims[1])
+        .enumerate()
+        .map_init(
+            || [vec![none.0; nx], vec![none.1; nx]],
+            |[low, high], (bz, ranges)| {
+                let (mut all, mut non_finite) = (none, 0);
+                for (by, ranges) in ranges.chunks_exact_mut(dims[0]).enumerate() {
+                    // Across all rows of these bricks first, voxel by voxel; along each row once, at the end.
+                    low.fill(none.0);
+                    high.fill(none.1);
+                    for z in bz * BRICK..(bz * BRICK + CORNERS).min(nz) {
+                        let (first, end) = (by * BRICK, (by * BRICK + CORNERS).min(ny));
+                        let rows = &voxels[(z * ny + first) * nx..(z * ny + end) * nx];
+                        add_rows(low, high, rows, none);
+                        // The upper layer and row of voxels are shared with the next brick: count them there.
+                        if T::FLOAT && (z < bz * BRICK + BRICK || bz + 1 == dims[2]) {
+                            let own = if by + 1 == dims[1] { end } else { first + BRICK };
+                            non_finite += rows[..(own - first) * nx].chunks_exact(nx).map(count_non_finite).sum::<usize>();
                         }
-                        add_row(&mut ranges[by * dims[0]..][..dims[0]], row);
+                    }
+                    for (bx, range) in ranges.iter_mut().enumerate() {
+                        let found = match (low[bx * BRICK..].first_chunk::<CORNERS>(), high[bx * BRICK..].first_chunk::<CORNERS>()) {
+                            (Some(low), Some(high)) => Range(least(low), greatest::<T>(high)),
+                            _ => Range(least(&low[bx * BRICK..]), greatest(&high[bx * BRICK..])),
+                        };
+                        all = all.with(found);
+                        if found.0 <= found.1 {
+                            *range = found.outwards();
+                        }
                     }
                 }
-            }
-            (ranges, non_finite)
-        })
+                (all, non_finite)
+            },
+        )
         .collect();
     let non_finite = layers.iter().map(|l| l.1).sum();
-    let all = layers.iter().flat_map(|l| &l.0);
-    let range = all.clone().fold(Range::none(), |range: Range<T>, r| range.with(r.0).with(r.1));
+    let range = layers.iter().fold(none, |range: Range<T>, layer| range.with(layer.0));
     let range = if range.0 > range.1 { (f64::INFINITY, f64::NEG_INFINITY) } else { (range.0.to_f64(), range.1.to_f64()) };
-    let rounded = |r: &Range<T>| if r.0 > r.1 { (f32::INFINITY, f32::NEG_INFINITY) } else { (below(r.0.to_f64()), above(r.1.to_f64())) };
-    Bricks { dims, ranges: all.map(rounded).collect(), range, non_finite }
+    Bricks { dims, ranges, range, non_finite }
 }
 
-/// Adds a row of voxels to the ranges of a row of bricks.
-fn add_row<T: Voxel>(ranges: &mut [Range<T>], row: &[T]) {
-    // Whole bricks first, whose number of voxels the compiler knows.
-    let whole = ranges.len().min(row.len().saturating_sub(1) / BRICK);
-    let (full, rest) = ranges.split_at_mut(whole);
-    for (bx, range) in full.iter_mut().enumerate() {
-        if let Some(voxels) = row[bx * BRICK..].first_chunk::<{ BRICK + 1 }>() {
-            *range = voxels.iter().fold(*range, |range, &v| range.with(v));
+/// The least of some numbers, at least one.
+#[inline(always)]
+fn least<T: Voxel>(values: &[T]) -> T {
+    values.iter().fold(values[0], |a, &b| if b < a { b } else { a })
+}
+
+/// The greatest of some numbers, at least one.
+#[inline(always)]
+fn greatest<T: Voxel>(values: &[T]) -> T {
+    values.iter().fold(values[0], |a, &b| if b > a { b } else { a })
+}
+
+fn count_non_finite<T: Voxel>(row: &[T]) -> usize {
+    // 32 bits are as wide as f32: the sum stays in vectors.
+    row.chunks(1 << 16).map(|part| part.iter().map(|v| u32::from(!v.is_finite())).sum::<u32>() as usize).sum()
+}
+
+/// Widens the range of every column, `low` to `high`, by up to five rows of voxels, each as long as `low`.
+///
+/// Plain loops without a branch: the compiler turns them into the least and greatest of whole vectors.
+fn add_rows<T: Voxel>(low: &mut [T], high: &mut [T], rows: &[T], none: Range<T>) {
+    let n = low.len();
+    let high = &mut high[..n];
+    let widen = |low: &mut T, high: &mut T, v: T| {
+        let (down, up) = if T::FLOAT && !v.is_finite() { (none.0, none.1) } else { (v, v) };
+        *low = if down < *low { down } else { *low };
+        *high = if up > *high { up } else { *high };
+    };
+    if rows.len() == CORNERS * n {
+        let (a, rest) = rows.split_at(n);
+        let (b, rest) = rest.split_at(n);
+        let (c, rest) = rest.split_at(n);
+        let (d, e) = rest.split_at(n);
+        let e = &e[..n];
+        for x in 0..n {
+            let (mut lo, mut hi) = (low[x], high[x]);
+            for v in [a[x], b[x], c[x], d[x], e[x]] {
+                widen(&mut lo, &mut hi, v);
+            }
+            (low[x], high[x]) = (lo, hi);
         }
+        return;
     }
-    for (i, range) in rest.iter_mut().enumerate() {
-        *range = row[(whole + i) * BRICK..].iter().fold(*range, |range, &v| range.with(v));
+    for row in rows.chunks_exact(n) {
+        for x in 0..n {
+            widen(&mut low[x], &mut high[x], row[x]);
+        }
     }
 }
 
@@ -128,7 +189,7 @@ mod tests {
     fn every_cell_lies_in_the_range_of_its_brick() {
         let dims = [17, 9, 10];
         let values: Vec<f32> = (0..dims.iter().product()).map(|i: usize| ((i * 2_654_435_761) % 1000) as f32).collect();
-        let bricks = Bricks::new(&Voxels::F32(values.clone()), dims);
+        let bricks = Bricks::new(&Voxels::F32(values.clone().into()), dims);
         assert_eq!(bricks.dims, [4, 2, 3]);
         for z in 0..dims[2] - 1 {
             for y in 0..dims[1] - 1 {
@@ -148,10 +209,48 @@ mod tests {
         let mut values = vec![1.0f64; 9 * 9 * 17];
         values[9 * 9 * 8 + 9 * 8 + 8] = f64::NAN;
         values[0] = f64::INFINITY;
-        let bricks = Bricks::new(&Voxels::F64(values), [9, 9, 17]);
+        let bricks = Bricks::new(&Voxels::F64(values.into()), [9, 9, 17]);
         assert_eq!(bricks.non_finite, 2);
         assert_eq!(bricks.range, (1.0, 1.0));
     }
+
+    #[test]
+    fn ranges_are_those_of_each_voxel_looked_at_alone() {
+        fn check<T: Voxel>(dims: [usize; 3], value: impl Fn(usize) -> f64) {
+            let [nx, ny, nz] = dims;
+            let values: Vec<T> = (0..nx * ny * nz).map(|i| T::from_f64(value(i))).collect();
+            let bricks = Bricks::new(&values.clone().into(), dims);
+            let reach = |b: usize, n: usize| b * BRICK..(b * BRICK + CORNERS).min(n);
+            for (b, &range) in bricks.ranges.iter().enumerate() {
+                let at = [b % bricks.dims[0], b / bricks.dims[0] % bricks.dims[1], b / bricks.dims[0] / bricks.dims[1]];
+                let mut want = (f64::INFINITY, f64::NEG_INFINITY);
+                for z in reach(at[2], nz) {
+                    for y in reach(at[1], ny) {
+                        for v in reach(at[0], nx).map(|x| values[(z * ny + y) * nx + x].to_f64()).filter(|v| v.is_finite()) {
+                            want = (want.0.min(v), want.1.max(v));
+                        }
+                    }
+                }
+                let want = if want.0 > want.1 { (f32::INFINITY, f32::NEG_INFINITY) } else { (below(want.0), above(want.1)) };
+                assert_eq!(range, want, "{} {dims:?} brick {at:?}", T::TYPE);
+            }
+            assert_eq!(bricks.non_finite, values.iter().filter(|v| !v.to_f64().is_finite()).count(), "{} {dims:?}", T::TYPE);
+        }
+        for dims in [[1, 1, 1], [2, 5, 9], [37, 6, 5], [5, 13, 21], [70, 1, 4]] {
+            let number = |i: usize| (i.wrapping_mul(2_654_435_761) >> 7) as f64 % 70_000.0 - 35_000.0;
+            let odd = |i: usize| [f64::NAN, f64::INFINITY, f64::NEG_INFINITY].get(i * 7919 % 23).copied().unwrap_or(number(i) * 1e3);
+            check::<u8>(dims, number);
+            check::<i8>(dims, number);
+            check::<u16>(dims, number);
+            check::<i16>(dims, number);
+            check::<u32>(dims, number);
+            check::<i32>(dims, number);
+            check::<f32>(dims, odd);
+            check::<f64>(dims, odd);
+            check::<f32>(dims, |_| f64::NAN);
+        }
+    }
+
     #[test]
     fn ranges_round_outwards() {
         for x in [0.0, 1.0, -1.0, 0.1, -0.1, 1e-46, -1e-46, 16_777_217.0, -16_777_217.0, 1e300, -1e300, f64::from(f32::MAX)] {

@@ -1,6 +1,7 @@
 //! Volumes: typed voxels on a grid in the world, and the files and formulas they come from.
 
 pub(crate) mod bricks;
+mod buffer;
 mod grid;
 #[cfg(feature = "formats")]
 pub mod io;
@@ -11,6 +12,7 @@ mod source;
 mod stats;
 mod voxels;
 
+pub use buffer::Buffer;
 pub use grid::{BoxConvention, Grid, Space};
 #[cfg(feature = "formats")]
 pub use source::{Origin, VolumeSource};
@@ -19,8 +21,9 @@ pub(crate) use voxels::with_voxels;
 pub use voxels::{Voxel, VoxelType, Voxels};
 
 use crate::{Error, Result};
+use bricks::Bricks;
 use glam::DVec3;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 /// What kind of numbers the voxels are, where the file or the caller says so.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -48,6 +51,7 @@ pub struct Volume {
     modality: Modality,
     name: String,
     statistics: OnceLock<Statistics>,
+    bricks: OnceLock<Arc<Bricks>>,
 }
 
 impl Volume {
@@ -60,7 +64,16 @@ impl Volume {
             let [x, y, z] = grid.dims();
             return Err(Error::invalid(format!("{} voxels given for a grid of {x} x {y} x {z} = {}", voxels.len(), grid.voxel_count())));
         }
-        Ok(Self { grid, voxels, slope: 1.0, intercept: 0.0, modality: Modality::Unknown, name: String::new(), statistics: OnceLock::new() })
+        Ok(Self {
+            grid,
+            voxels,
+            slope: 1.0,
+            intercept: 0.0,
+            modality: Modality::Unknown,
+            name: String::new(),
+            statistics: OnceLock::new(),
+            bricks: OnceLock::new(),
+        })
     }
 
     /// The same volume with value = slope * stored + intercept (NIfTI `scl_slope`, DICOM rescale).
@@ -178,5 +191,26 @@ impl Volume {
     /// Range, mean and histogram, computed once.
     pub fn statistics(&self) -> &Statistics {
         self.statistics.get_or_init(|| Statistics::of(&self.voxels, self.slope, self.intercept))
+    }
+
+    /// Range of stored values brick by brick, computed once.
+    pub(crate) fn bricks(&self) -> &Arc<Bricks> {
+        self.bricks.get_or_init(|| Arc::new(Bricks::new(&self.voxels, self.grid.dims())))
+    }
+
+    /// Smallest and largest finite value in the data's units; zeros when there is none. The voxels are looked at once, for all that
+    /// [`Volume::bricks`] tells.
+    #[cfg(feature = "scene-file")]
+    pub(crate) fn range(&self) -> (f64, f64) {
+        if let Some(s) = self.statistics.get() {
+            return (s.min, s.max);
+        }
+        let (low, high) = self.bricks().range;
+        let value = |stored: f64| self.slope * stored + self.intercept;
+        match (value(low), value(high)) {
+            _ if low > high => (0.0, 0.0),
+            (a, b) if a > b => (b, a),
+            range => range,
+        }
     }
 }

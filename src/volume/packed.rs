@@ -46,7 +46,7 @@ mod tests {
         for dims in [[3, 4, 2], [2, 1, 3], [5, 2, 1]] {
             let [nx, ny, nz] = dims;
             let voxels: Vec<u8> = (0..nx * ny * nz).map(|i| (i * 37) as u8).collect();
-            let packed = Packed::new(&Voxels::U8(voxels.clone()), dims).unwrap();
+            let packed = Packed::new(&Voxels::U8(voxels.clone().into()), dims).unwrap();
             for i in 0..voxels.len() {
                 let below = if i / nx % ny + 1 < ny { i + nx } else { i };
                 assert_eq!(packed.pairs[i], u16::from_le_bytes([voxels[i], voxels[below]]), "{dims:?} voxel {i}");
@@ -56,7 +56,7 @@ mod tests {
 
     #[test]
     fn other_types_and_single_columns_are_left_alone() {
-        assert_eq!(Packed::new(&Voxels::U16(vec![0; 8]), [2, 2, 2]), None);
-        assert_eq!(Packed::new(&Voxels::U8(vec![0; 4]), [1, 2, 2]), None);
+        assert_eq!(Packed::new(&Voxels::U16(vec![0; 8].into()), [2, 2, 2]), None);
+        assert_eq!(Packed::new(&Voxels::U8(vec![0; 4].into()), [1, 2, 2]), None);
     }
 }

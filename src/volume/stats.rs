@@ -1,6 +1,6 @@
 //! What the values of a volume are: range, mean, histogram, and the numbers that are none.
 
-use super::voxels::{Voxel, Voxels, with_voxels};
+use super::voxels::{Voxel, Voxels};
 use rayon::prelude::*;
 
 /// Bins of [`Statistics::histogram`].
@@ -42,8 +42,66 @@ impl Statistics {
     }
 
     pub(super) fn of(voxels: &Voxels, slope: f64, intercept: f64) -> Self {
-        with_voxels!(voxels, v => of_slice(v, slope, intercept))
+        match voxels {
+            Voxels::U8(v) => of_counts(&counts(v, 1 << 8, usize::from), 0.0, slope, intercept),
+            Voxels::I8(v) => of_counts(&counts(v, 1 << 8, |x| usize::from(x as u8 ^ 0x80)), -128.0, slope, intercept),
+            Voxels::U16(v) => of_counts(&counts(v, 1 << 16, usize::from), 0.0, slope, intercept),
+            Voxels::I16(v) => of_counts(&counts(v, 1 << 16, |x| usize::from(x as u16 ^ 0x8000)), -32768.0, slope, intercept),
+            Voxels::U32(v) => of_slice(v, slope, intercept),
+            Voxels::I32(v) => of_slice(v, slope, intercept),
+            Voxels::F32(v) => of_slice(v, slope, intercept),
+            Voxels::F64(v) => of_slice(v, slope, intercept),
+        }
     }
+}
+
+/// How often each of `kinds` numbers is there, `index` telling them apart: one pass over the voxels tells everything.
+fn counts<T: Voxel>(voxels: &[T], kinds: usize, index: impl Fn(T) -> usize + Sync) -> Vec<u64> {
+    // Few large tasks: a table each. Below 2^32 voxels, so that 32 bits can count them.
+    let chunk = voxels.len().div_ceil(64).clamp(1 << 18, 1 << 31);
+    voxels
+        .par_chunks(chunk)
+        .map(|chunk| {
+            // Two tables in turn: neighbours are often equal, and a count just written takes a while to be read again.
+            let mut tables = vec![0u32; 2 * kinds];
+            let (even, odd) = tables.split_at_mut(kinds);
+            let pairs = chunk.chunks_exact(2);
+            pairs.remainder().iter().for_each(|&x| even[index(x)] += 1);
+            for pair in pairs {
+                even[index(pair[0])] += 1;
+                odd[index(pair[1])] += 1;
+            }
+            even.iter().zip(odd).map(|(a, b)| u64::from(*a) + u64::from(*b)).collect::<Vec<u64>>()
+        })
+        .reduce(|| vec![0; kinds], add)
+}
+
+fn add(mut a: Vec<u64>, b: Vec<u64>) -> Vec<u64> {
+    a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
+    a
+}
+
+/// Statistics of numbers `first`, `first` + 1, ... of which `counts` are there.
+fn of_counts(counts: &[u64], first: f64, slope: f64, intercept: f64) -> Statistics {
+    let values = || counts.iter().enumerate().filter(|c| *c.1 > 0).map(|(i, &c)| ((first + i as f64) * slope + intercept, c));
+    let finite = || values().filter(|v| v.0.is_finite());
+    let (all, total) = (counts.iter().sum::<u64>(), finite().map(|v| v.1).sum::<u64>());
+    let non_finite = (all - total) as usize;
+    if total == 0 {
+        return Statistics { min: 0.0, max: 0.0, mean: 0.0, non_finite, histogram: vec![0; HISTOGRAM_BINS] };
+    }
+    let min = finite().map(|v| v.0).fold(f64::INFINITY, f64::min);
+    let max = finite().map(|v| v.0).fold(f64::NEG_INFINITY, f64::max);
+    let mean = finite().map(|(v, c)| v * (c as f64 / total as f64)).sum();
+    let scale = HISTOGRAM_BINS as f64 / (max - min);
+    let mut histogram = vec![0; HISTOGRAM_BINS];
+    finite().for_each(|(v, c)| histogram[bin(v, min, scale)] += c);
+    Statistics { min, max, mean, non_finite, histogram }
+}
+
+/// The bin of value `v`, where `scale` is bins per unit. A single value gives inf * 0 = NaN, which `as` turns into bin 0.
+fn bin(v: f64, min: f64, scale: f64) -> usize {
+    (((v - min) * scale) as usize).min(HISTOGRAM_BINS - 1)
 }
 
 fn of_slice<T: Voxel>(voxels: &[T], slope: f64, intercept: f64) -> Statistics {
@@ -81,18 +139,43 @@ fn of_slice<T: Voxel>(voxels: &[T], slope: f64, intercept: f64) -> Statistics {
             for &x in chunk {
                 let v = x.to_f64() * slope + intercept;
                 if v.is_finite() {
-                    // A single value gives inf * 0 = NaN, which `as` turns into bin 0.
-                    bins[(((v - min) * scale) as usize).min(HISTOGRAM_BINS - 1)] += 1;
+                    bins[bin(v, min, scale)] += 1;
                 }
             }
             bins
         })
-        .reduce(
-            || vec![0; HISTOGRAM_BINS],
-            |mut a, b| {
-                a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
-                a
-            },
-        );
+        .reduce(|| vec![0; HISTOGRAM_BINS], add);
     Statistics { min, max, mean, non_finite, histogram }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counting_tells_the_same_as_looking_at_every_voxel() {
+        let numbers: Vec<i64> = (0..700_001).map(|i: i64| (i * 2_654_435_761) >> 9).collect();
+        let same = |counted: Statistics, looked: Statistics| {
+            assert!((counted.mean - looked.mean).abs() <= 1e-9 * looked.max.abs().max(looked.min.abs()), "{counted:?} {looked:?}");
+            assert_eq!(Statistics { mean: 0.0, ..counted }, Statistics { mean: 0.0, ..looked });
+        };
+        for (slope, intercept) in [(1.0, 0.0), (-0.37, 12.0)] {
+            macro_rules! check {
+                ($t:ty) => {
+                    let voxels: Vec<$t> = numbers.iter().map(|&n| n as $t).collect();
+                    same(Statistics::of(&voxels.clone().into(), slope, intercept), of_slice(&voxels, slope, intercept));
+                };
+            }
+            check!(u8);
+            check!(i8);
+            check!(u16);
+            check!(i16);
+        }
+        let one = Statistics::of(&vec![7u16; 5].into(), 1.0, 0.5);
+        assert_eq!((one.min, one.max, one.mean, one.histogram[0]), (7.5, 7.5, 7.5, 5));
+        // Values that the rescale takes beyond f64 are no values.
+        let far = Statistics::of(&vec![1u16, 3, 60_000].into(), 1e304, 0.0);
+        assert_eq!((far.non_finite, far.min, far.max), (1, 1e304, 3e304));
+        assert!((far.mean / 2e304 - 1.0).abs() < 1e-12);
+    }
 }

@@ -1,5 +1,6 @@
 //! Voxels in their own type: nothing is converted on load.
 
+use super::buffer::Buffer;
 use std::fmt;
 
 /// Number type of a voxel as it lies in memory.
@@ -96,26 +97,28 @@ pub trait Voxel: sealed::Sealed + bytemuck::Pod + PartialOrd + Send + Sync + fmt
     fn swap_bytes(self) -> Self;
     /// This type's slice of `voxels`, if that is what they are.
     fn slice(voxels: &Voxels) -> Option<&[Self]>;
-    /// Voxels from a vector of this type.
-    fn wrap(values: Vec<Self>) -> Voxels;
+    /// Voxels from numbers of this type.
+    fn wrap(values: Buffer<Self>) -> Voxels;
+    /// Whether it is neither NaN nor infinite.
+    fn is_finite(self) -> bool;
 }
 
 /// A volume's voxels, x fastest, then y, then z.
 #[derive(Clone, PartialEq)]
 #[allow(missing_docs, reason = "the names say it all")]
 pub enum Voxels {
-    U8(Vec<u8>),
-    I8(Vec<i8>),
-    U16(Vec<u16>),
-    I16(Vec<i16>),
-    U32(Vec<u32>),
-    I32(Vec<i32>),
-    F32(Vec<f32>),
-    F64(Vec<f64>),
+    U8(Buffer<u8>),
+    I8(Buffer<i8>),
+    U16(Buffer<u16>),
+    I16(Buffer<i16>),
+    U32(Buffer<u32>),
+    I32(Buffer<i32>),
+    F32(Buffer<f32>),
+    F64(Buffer<f64>),
 }
 
 macro_rules! voxel_types {
-    ($($t:ty, $v:ident, $swap:expr, $f32:expr, $from:expr;)*) => {
+    ($($t:ty, $v:ident, $swap:expr, $f32:expr, $from:expr, $finite:expr;)*) => {
         $(
             impl sealed::Sealed for $t {}
             impl Voxel for $t {
@@ -125,29 +128,31 @@ macro_rules! voxel_types {
                 fn to_f32(self) -> f32 { let f: fn($t) -> f32 = $f32; f(self) }
                 #[inline(always)]
                 fn to_f64(self) -> f64 { f64::from(self) }
+                #[inline(always)]
+                fn is_finite(self) -> bool { let f: fn($t) -> bool = $finite; f(self) }
                 #[inline]
                 fn from_f64(value: f64) -> Self { let f: fn(f64) -> $t = $from; f(value) }
                 #[inline]
                 fn swap_bytes(self) -> Self { let f: fn($t) -> $t = $swap; f(self) }
                 fn slice(voxels: &Voxels) -> Option<&[Self]> { if let Voxels::$v(v) = voxels { Some(v) } else { None } }
-                fn wrap(values: Vec<Self>) -> Voxels { Voxels::$v(values) }
+                fn wrap(values: Buffer<Self>) -> Voxels { Voxels::$v(values) }
             }
         )*
     };
 }
 
 voxel_types! {
-    u8, U8, |v| v, |v| f32::from(v), |v| libm::rint(v) as u8;
-    i8, I8, |v| v, |v| f32::from(v), |v| libm::rint(v) as i8;
-    u16, U16, |v| v.swap_bytes(), |v| f32::from(v), |v| libm::rint(v) as u16;
-    i16, I16, |v| v.swap_bytes(), |v| f32::from(v), |v| libm::rint(v) as i16;
-    u32, U32, |v| v.swap_bytes(), |v| v as f32, |v| libm::rint(v) as u32;
-    i32, I32, |v| v.swap_bytes(), |v| v as f32, |v| libm::rint(v) as i32;
-    f32, F32, |v| f32::from_bits(v.to_bits().swap_bytes()), |v| v, |v| v as f32;
-    f64, F64, |v| f64::from_bits(v.to_bits().swap_bytes()), |v| v as f32, |v| v;
+    u8, U8, |v| v, |v| f32::from(v), |v| libm::rint(v) as u8, |_| true;
+    i8, I8, |v| v, |v| f32::from(v), |v| libm::rint(v) as i8, |_| true;
+    u16, U16, |v| v.swap_bytes(), |v| f32::from(v), |v| libm::rint(v) as u16, |_| true;
+    i16, I16, |v| v.swap_bytes(), |v| f32::from(v), |v| libm::rint(v) as i16, |_| true;
+    u32, U32, |v| v.swap_bytes(), |v| v as f32, |v| libm::rint(v) as u32, |_| true;
+    i32, I32, |v| v.swap_bytes(), |v| v as f32, |v| libm::rint(v) as i32, |_| true;
+    f32, F32, |v| f32::from_bits(v.to_bits().swap_bytes()), |v| v, |v| v as f32, f32::is_finite;
+    f64, F64, |v| f64::from_bits(v.to_bits().swap_bytes()), |v| v as f32, |v| v, f64::is_finite;
 }
 
-/// Runs an expression with a name bound to the typed `Vec` inside a [`Voxels`].
+/// Runs an expression with a name bound to the typed [`Buffer`] inside a [`Voxels`].
 macro_rules! with_voxels {
     ($voxels:expr, $slice:ident => $body:expr) => {
         match $voxels {
@@ -205,25 +210,36 @@ impl Voxels {
     /// `count` zeros of type `kind`.
     pub fn zeros(kind: VoxelType, count: usize) -> Self {
         match kind {
-            VoxelType::U8 => Self::U8(vec![0; count]),
-            VoxelType::I8 => Self::I8(vec![0; count]),
-            VoxelType::U16 => Self::U16(vec![0; count]),
-            VoxelType::I16 => Self::I16(vec![0; count]),
-            VoxelType::U32 => Self::U32(vec![0; count]),
-            VoxelType::I32 => Self::I32(vec![0; count]),
-            VoxelType::F32 => Self::F32(vec![0.0; count]),
-            VoxelType::F64 => Self::F64(vec![0.0; count]),
+            VoxelType::U8 => Self::U8(vec![0; count].into()),
+            VoxelType::I8 => Self::I8(vec![0; count].into()),
+            VoxelType::U16 => Self::U16(vec![0; count].into()),
+            VoxelType::I16 => Self::I16(vec![0; count].into()),
+            VoxelType::U32 => Self::U32(vec![0; count].into()),
+            VoxelType::I32 => Self::I32(vec![0; count].into()),
+            VoxelType::F32 => Self::F32(vec![0.0; count].into()),
+            VoxelType::F64 => Self::F64(vec![0.0; count].into()),
         }
     }
 
-    /// The memory itself, for a reader to fill in the file's own byte order.
+    /// Whether they lie in a mapped file instead of memory; see [`crate::Limits::map_bytes`].
+    pub fn is_mapped(&self) -> bool {
+        with_voxels!(self, v => v.is_mapped())
+    }
+
+    /// The memory itself, for a reader to fill in the file's own byte order. Voxels of a mapped file are brought into memory first.
     pub fn as_bytes_mut(&mut self) -> &mut [u8] {
-        with_voxels!(self, v => bytemuck::cast_slice_mut(v.as_mut_slice()))
+        with_voxels!(self, v => bytemuck::cast_slice_mut(v))
     }
 
     /// Turns every number's bytes around, for files of the other byte order.
     pub fn swap_bytes(&mut self) {
         with_voxels!(self, v => for x in v.iter_mut() { *x = x.swap_bytes(); });
+    }
+}
+
+impl<T: Voxel> From<Vec<T>> for Voxels {
+    fn from(values: Vec<T>) -> Self {
+        T::wrap(values.into())
     }
 }
 

@@ -151,7 +151,7 @@ fn waves(dims: [usize; 3]) -> Volume {
             }
         }
     }
-    Volume::new(Grid::with_spacing(dims, [1.0, 1.1, 0.9]).unwrap(), Voxels::U8(bytes)).unwrap()
+    Volume::new(Grid::with_spacing(dims, [1.0, 1.1, 0.9]).unwrap(), Voxels::U8(bytes.into())).unwrap()
 }
 
 /// Bytes without order.
@@ -314,7 +314,7 @@ fn tables(list: &mut Vec<Case>) {
         (v.grid().clone(), values)
     };
     let v = waves([20, 18, 22]);
-    let (grid, _) = spread(v.clone(), |x| Voxels::F64(vec![x]));
+    let (grid, _) = spread(v.clone(), |x| Voxels::F64(vec![x].into()));
     let shorts = (0..v.voxels().len()).map(|i| (v.voxels().get(i) * 100.0) as i16 - 9000).collect();
     let shorts = Volume::new(grid.clone(), Voxels::I16(shorts)).unwrap().with_rescale(0.01, 90.0).unwrap();
     list.push(b("16-bit voxels with a rescale").volume(shorts));

@@ -21,7 +21,7 @@ fn voxels_that_are_no_numbers_are_transparent_counted_and_told() {
     let dims = [12, 10, 11];
     let holes = [(5, f64::NAN), (400, f64::INFINITY), (401, f64::NEG_INFINITY), (777, f64::NAN), (1319, f64::INFINITY)];
     let mut single: Vec<f32> = match fill::<f32>(dims, &smooth) {
-        Voxels::F32(v) => v,
+        Voxels::F32(v) => v.into_vec(),
         _ => unreachable!("filled as f32"),
     };
     let mut double: Vec<f64> = single.iter().map(|&v| f64::from(v)).collect();
@@ -29,7 +29,7 @@ fn voxels_that_are_no_numbers_are_transparent_counted_and_told() {
         single[i] = v as f32;
         double[i] = v;
     }
-    for voxels in [Voxels::F32(single), Voxels::F64(double)] {
+    for voxels in [Voxels::F32(single.into()), Voxels::F64(double.into())] {
         let volume = Volume::new(oblique(dims), voxels).unwrap();
         for blend in BLENDS {
             let scene = scene(&volume, telling(0.0, 1.0), blend);
@@ -41,7 +41,7 @@ fn voxels_that_are_no_numbers_are_transparent_counted_and_told() {
             assert!(stats.warnings.iter().any(|w| w.contains("5 of 1320 voxels are NaN or infinite")), "{:?}", stats.warnings);
         }
     }
-    let nothing = Volume::new(oblique([3, 3, 3]), Voxels::F32(vec![f32::NAN; 27])).unwrap();
+    let nothing = Volume::new(oblique([3, 3, 3]), Voxels::F32(vec![f32::NAN; 27].into())).unwrap();
     for blend in BLENDS {
         let (picture, stats) = render(&nothing, &scene(&nothing, telling(0.0, 1.0), blend));
         assert!(picture.pixels().iter().all(|p| *p == [0.0; 4]), "{blend:?}");
@@ -95,7 +95,7 @@ fn numbers_at_the_ends_of_f64() {
 fn a_constant_volume_has_its_value_whatever_its_size() {
     for value in [0.0, 1e38, -3e38, 1e300, -1e300, 16_777_217.25, 1e-310] {
         let transfer = TransferFunction::new(vec![(value, [0.25, 0.5, 0.75])], vec![(value, 0.5)]).unwrap();
-        let volume = Volume::new(oblique([4, 4, 4]), Voxels::F64(vec![value; 64])).unwrap();
+        let volume = Volume::new(oblique([4, 4, 4]), Voxels::F64(vec![value; 64].into())).unwrap();
         for blend in BLENDS {
             let scene = scene(&volume, transfer.clone(), blend);
             let e = difference(&render(&volume, &scene).0, &Oracle::new(&volume, &scene).picture());

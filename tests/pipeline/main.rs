@@ -62,7 +62,7 @@ fn fill<T: Voxel>(dims: [usize; 3], f: &dyn Fn([f64; 3]) -> f64) -> Voxels {
             }
         }
     }
-    T::wrap(values)
+    T::wrap(values.into())
 }
 
 fn fill_as(kind: VoxelType, dims: [usize; 3], f: &dyn Fn([f64; 3]) -> f64) -> Voxels {

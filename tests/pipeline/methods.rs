@@ -14,7 +14,7 @@ use slicestack::{Renderer, Scene, Settings, Volume};
 /// One cell between eight voxels: along a ray its value is a cubic without kinks, so nothing but the method is measured.
 fn cell() -> (Volume, Scene) {
     let grid = Grid::with_spacing([2; 3], [1.0; 3]).unwrap().with_convention(BoxConvention::Nodes);
-    let volume = Volume::new(grid.clone(), Voxels::F32(vec![0.0, 130.0, 60.0, 200.0, 170.0, 40.0, 255.0, 100.0])).unwrap();
+    let volume = Volume::new(grid.clone(), Voxels::F32(vec![0.0, 130.0, 60.0, 200.0, 170.0, 40.0, 255.0, 100.0].into())).unwrap();
     let transfer = TransferFunction::new(vec![(0.0, [0.1, 0.9, 0.3]), (255.0, [1.0, 0.2, 0.6])], vec![(0.0, 0.02), (255.0, 0.7)]).unwrap();
     let place = Placement::LookAt { eye: grid.center() + DVec3::new(4.0, 3.0, 2.5), target: grid.center(), up: DVec3::Z };
     let camera = Camera::new(place, Projection::Orthographic { height: Some(0.35) }).unwrap();
@@ -97,7 +97,7 @@ fn nearest_voxels_and_classified_voxels_have_limits_of_their_own() {
 /// One pixel through a uniform medium `count` slices deep, of opacity `a` per slice.
 fn uniform(a: f64, count: u64) -> (Volume, Scene) {
     let grid = Grid::with_spacing([2; 3], [1.0; 3]).unwrap().with_convention(BoxConvention::Nodes);
-    let volume = Volume::new(grid.clone(), Voxels::U8(vec![7; 8])).unwrap();
+    let volume = Volume::new(grid.clone(), Voxels::U8(vec![7; 8].into())).unwrap();
     let place = Placement::LookAt { eye: grid.center() - 3.0 * DVec3::X, target: grid.center(), up: DVec3::Z };
     let camera = Camera::new(place, Projection::Orthographic { height: Some(0.5) }).unwrap();
     let scene = Scene::new(constant([1.0, 0.5, 0.25], a)).with_camera(camera).with_size(1, 1).unwrap().with_terminate(0.0).unwrap();

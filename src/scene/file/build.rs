@@ -381,11 +381,11 @@ impl Builder<'_> {
             warnings.push(format!("render.level is not given: the surface is taken at {level}"));
             scene = scene.with_blend(Blend::Iso { level })?;
         }
-        let s = volume.statistics();
-        let hidden = matches!(scene.blend(), Blend::Over | Blend::Add) && !scene.transfer().opaque_within(s.min, s.max);
-        if hidden {
-            warnings
-                .push(format!("the picture is empty: the transfer function is transparent from {} to {}, all the data has", s.min, s.max));
+        if matches!(scene.blend(), Blend::Over | Blend::Add) {
+            let (min, max) = volume.range();
+            if !scene.transfer().opaque_within(min, max) {
+                warnings.push(format!("the picture is empty: the transfer function is transparent from {min} to {max}, all the data has"));
+            }
         }
         Ok((scene, warnings))
     }
@@ -418,19 +418,23 @@ impl Builder<'_> {
             return Ok((found.transfer, found.opacity_unit));
         }
         // Whatever the scene leaves out of color and opacity comes from a ramp over the object's values.
-        let ramp = Preset::GreyRamp.transfer(volume).map_err(|e| self.places.locate(e))?;
-        let marks = Landmarks::of(volume.statistics());
         let colors = match (colors, t.colormap.as_deref()) {
             (Some(colors), _) => colors,
             (None, map) => {
                 let map = map.map(|n| self.named("transfer.colormap", n, &ColorMap::ALL, ColorMap::name)).transpose()?;
-                let [lo, hi] = t.range.unwrap_or([marks.at(-0.8), marks.at(1.0)]);
+                let [lo, hi] = t.range.unwrap_or_else(|| {
+                    let marks = Landmarks::of(volume.statistics());
+                    [marks.at(-0.8), marks.at(1.0)]
+                });
                 map.unwrap_or(ColorMap::Gray).spread(lo, hi)
             }
         };
         match opacities {
             Some(opacities) => Ok((located(TransferFunction::new(colors, opacities))?, None)),
-            None => Ok((located(TransferFunction::new(colors, ramp.transfer.opacity().to_vec()))?, ramp.opacity_unit)),
+            None => {
+                let ramp = Preset::GreyRamp.transfer(volume).map_err(|e| self.places.locate(e))?;
+                Ok((located(TransferFunction::new(colors, ramp.transfer.opacity().to_vec()))?, ramp.opacity_unit))
+            }
         }
     }
 }

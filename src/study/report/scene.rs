@@ -3,7 +3,7 @@
 use super::super::advice::slope;
 use super::super::plot::{escape, short};
 use super::super::precision::Study;
-use super::super::record::{Advice, MethodRecord, Point, Record};
+use super::super::record::{Advice, Balance, MethodRecord, Point, Record, Shared};
 use super::page::{Cell, page, table};
 use super::pictures::{difference, png};
 use super::{File, Plot, charts, error, or_dash, time};
@@ -24,6 +24,7 @@ pub fn scene_files(study: &Study) -> Result<Vec<File>> {
         File::csv("methods.csv", &record.methods)?,
         File::csv("stages.csv", &record.stages)?,
         File::csv("costs.csv", &record.costs.iter().map(flat).collect::<Vec<_>>())?,
+        File::csv("balance.csv", &record.balance.iter().flat_map(shared).collect::<Vec<_>>())?,
         File::csv("advice.csv", &record.advice)?,
         File::text("table.md", markdown(record)),
     ];
@@ -55,6 +56,38 @@ fn flat(c: &super::super::record::Cost) -> impl serde::Serialize + use<> {
     let ([width, height], [voxels_x, voxels_y, voxels_z]) = (c.image, c.dimensions);
     let super::super::record::Cost { of, size, seconds, prepare_seconds, fetches, .. } = c.clone();
     Row { of, width, height, voxels_x, voxels_y, voxels_z, size, seconds, prepare_seconds, fetches }
+}
+
+/// A balance, one row for each number of threads.
+fn shared(b: &Balance) -> Vec<impl serde::Serialize + use<>> {
+    #[derive(serde::Serialize)]
+    struct Row {
+        tile: u32,
+        tiles: usize,
+        longest: f64,
+        measured_threads: usize,
+        measured_seconds: f64,
+        measured_idle: f64,
+        threads: usize,
+        seconds: f64,
+        speedup: f64,
+        idle: f64,
+        mean_idle: f64,
+    }
+    let row = |s: &Shared| Row {
+        tile: b.tile,
+        tiles: b.tiles,
+        longest: b.longest,
+        measured_threads: b.threads,
+        measured_seconds: b.seconds,
+        measured_idle: b.idle,
+        threads: s.threads,
+        seconds: s.seconds,
+        speedup: s.speedup,
+        idle: s.idle,
+        mean_idle: s.mean_idle,
+    };
+    b.shared.iter().map(row).collect()
 }
 
 /// File name, plot, caption.
@@ -201,6 +234,7 @@ fn html(record: &Record, plots: &[(&str, Plot, String)], pictures: &[Shown]) -> 
     }
     body += "<h2>Where time goes</h2>\n";
     body += &figure("stages");
+    body += &balance_table(&record.balance);
     body += "<h2>Reference, rendering, difference</h2>\n<div class=\"pictures\">\n";
     for p in pictures {
         let (data, caption) = (STANDARD.encode(&p.bytes), escape(&p.caption));
@@ -231,6 +265,33 @@ fn advice_table(record: &Record) -> String {
     };
     let rows: Vec<Vec<Cell>> = record.advice.iter().map(row).collect();
     table(&["RMS error at most", "cheapest way", "time of a frame", "its error", "by the default alone"], &rows)
+}
+
+fn balance_table(list: &[Balance]) -> String {
+    let Some(first) = list.first() else { return String::new() };
+    let percent = |x: f64| Cell::Number(format!("{:.1} %", 100.0 * x));
+    let row = |b: &Balance| {
+        let mut row = vec![
+            Cell::Number(format!("{0} x {0}", b.tile)),
+            Cell::Number(b.tiles.to_string()),
+            Cell::Number(time(b.longest)),
+            Cell::Number(time(b.seconds)),
+            percent(b.idle),
+        ];
+        row.extend(b.shared.iter().map(|s| Cell::Number(format!("{:.1} x, {:.1} %", s.speedup, 100.0 * s.mean_idle))));
+        row
+    };
+    let more: Vec<String> = first.shared.iter().map(|s| format!("on {} threads", s.threads)).collect();
+    let mut head = vec!["tile", "tiles", "longest", "frame", "idle"];
+    head.extend(more.iter().map(String::as_str));
+    let rows: Vec<Vec<Cell>> = list.iter().map(row).collect();
+    format!(
+        "<h2>How work falls on threads</h2>\n{}<p class=\"soft\">Frame and idle: measured on {} threads, idle being the share of the frame that the \
+         least busy of them had nothing to do. The rest is worked out from the shortest time of each tile in several frames, each tile going to the \
+         first thread that is free: how many times as fast as one thread, and how much of the time threads stand idle on average.</p>\n",
+        table(&head, &rows),
+        first.threads
+    )
 }
 
 fn methods_table(methods: &[MethodRecord], points: &[Point]) -> String {

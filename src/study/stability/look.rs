@@ -193,7 +193,7 @@ pub(super) fn filled(grid: Grid, f: impl Fn([f64; 3]) -> f64) -> Result<Volume> 
             }
         }
     }
-    Volume::new(grid, Voxels::F32(values))
+    Volume::new(grid, Voxels::F32(values.into()))
 }
 
 /// A camera at `eye` that looks at `target`.

@@ -75,9 +75,9 @@ pub(super) fn rows(bench: &Bench<'_>) -> Result<Vec<Row>> {
         values.iter_mut().enumerate().for_each(|(i, v)| *v = (i % SIDE) as f32);
         values[(5 * SIDE + 5) * SIDE + 5] = odd;
         values[(8 * SIDE + 6) * SIDE + 7] = odd;
-        let volume = Volume::new(grid()?, Voxels::F32(values))?;
+        let volume = Volume::new(grid()?, Voxels::F32(values.into()))?;
         judge("values", format!("f32 with {said}"), volume, scene(fade(0.0, 11.0, 0.1)?, camera()?, FINE)?, Bound::Absolute(1e-3))?;
-        let volume = Volume::new(grid()?, Voxels::F32(vec![odd; SIDE * SIDE * SIDE]))?;
+        let volume = Volume::new(grid()?, Voxels::F32(vec![odd; SIDE * SIDE * SIDE].into()))?;
         judge("values", format!("f32, nothing but {said}"), volume, scene(fade(0.0, 1.0, 0.1)?, camera()?, 64)?, Bound::Absolute(0.0))?;
     }
     // One value in a thousand shows: as wide as an entry of the table that fits it.

@@ -12,6 +12,9 @@
 //! Each may also lie inside gzip, whatever its name. Voxels keep their type; 64-bit integers are kept in 32 bits when every
 //! value fits. No reader takes memory before the header's claim has been held against [`Limits`], the file's length, and what
 //! deflate can inflate it to; voxels are read straight into their place, so the peak is the voxels once and a small buffer.
+//!
+//! Large files that hold voxels as they are needed are mapped instead of read; see [`Limits::map_bytes`], also for what that asks of a
+//! file.
 
 mod ascii;
 mod field;

@@ -103,7 +103,7 @@ fn turn<T: Voxel>(values: &[T], [nx, ny, nz]: [usize; 3]) -> Voxels {
             out.extend((0..nx).map(|x| values[(x * ny + y) * nz + z]));
         }
     }
-    T::wrap(out)
+    T::wrap(out.into())
 }
 
 /// The text after `key:`.

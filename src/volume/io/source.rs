@@ -34,6 +34,8 @@ pub(super) struct Source {
     buffer: Vec<u8>,
     start: usize,
     left: u64,
+    /// Length of the file, where it is a plain one.
+    length: u64,
     /// Length of the compressed data, where there is any.
     packed: Option<u64>,
     header_left: u64,
@@ -56,6 +58,7 @@ impl Source {
             buffer: Vec::new(),
             start: 0,
             left: meta.len(),
+            length: meta.len(),
             packed: None,
             header_left: limits.header_bytes,
             limits: *limits,
@@ -76,6 +79,7 @@ impl Source {
             buffer: Vec::new(),
             start: 0,
             left,
+            length: 0,
             packed,
             header_left: limits.header_bytes,
             limits: *limits,
@@ -122,6 +126,15 @@ impl Source {
     /// Whether these bytes come out of a compressed stream.
     pub(super) fn is_packed(&self) -> bool {
         self.packed.is_some()
+    }
+
+    /// The plain file behind this source, and the byte of it that comes next.
+    fn plain(&self) -> Option<(&File, u64)> {
+        match &self.inner {
+            // What is left of a plain file is exact.
+            Inner::File(file) => Some((file, self.length - self.left)),
+            Inner::Stream(_) => None,
+        }
     }
 
     /// An [`Error::Format`] about this file.

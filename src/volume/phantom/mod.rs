@@ -145,7 +145,7 @@ impl Phantom {
                 }
             }
         });
-        Volume::new(grid, T::wrap(voxels))?.with_rescale(slope, intercept)
+        Volume::new(grid, T::wrap(voxels.into()))?.with_rescale(slope, intercept)
     }
 }
 

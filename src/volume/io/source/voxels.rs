@@ -1,9 +1,12 @@
-//! Voxels out of a [`Source`]: the claim is weighed, memory taken once, the bytes read in place, and what follows looked at.
+//! Voxels out of a [`Source`]: the claim is weighed, the file mapped or memory taken once and the bytes read in place, and what
+//! follows looked at.
 
 use super::Source;
+use crate::lanes::Mapped;
 use crate::volume::io::{Endian, Stored};
-use crate::volume::{VoxelType, Voxels};
+use crate::volume::{Buffer, Voxel, VoxelType, Voxels};
 use crate::{Error, Result};
+use std::fs::File;
 
 /// Most bytes of zeros or line ends that may follow voxels that ought to end the file.
 const PADDING: usize = 4096;
@@ -25,6 +28,20 @@ impl Source {
     /// Refuses `dims` voxels of `stored` that cannot be here, each taking at least `smallest` bytes of the file.
     /// Returns how many voxels there are.
     pub(in crate::volume::io) fn weigh(&self, dims: [usize; 3], stored: Stored, smallest: u64) -> Result<usize> {
+        let count = self.claim(dims, stored, smallest)?;
+        let memory = count * stored.voxel_type().bytes();
+        // Memory is refused here with a message, not in the allocator with an abort.
+        let mut probe: Vec<u8> = Vec::new();
+        if probe.try_reserve_exact(memory).is_err() {
+            let [x, y, z] = dims;
+            let what = format!("{x} x {y} x {z} voxels of {stored} take {memory} bytes: this machine does not give that much memory");
+            return Err(self.fault(what));
+        }
+        Ok(count)
+    }
+
+    /// As [`Source::weigh`], for voxels that need no memory.
+    fn claim(&self, dims: [usize; 3], stored: Stored, smallest: u64) -> Result<usize> {
         let [x, y, z] = dims;
         let shown = format!("{x} x {y} x {z} voxels of {stored}");
         // Three factors of at most 2^64 do not fit in u128 either: saturate, any limit is far below.
@@ -44,19 +61,19 @@ impl Source {
                 None => format!("{shown} take {needed} bytes, the file holds {} after its header", self.left),
             }));
         }
-        // Memory is refused here with a message, not in the allocator with an abort.
-        let mut probe: Vec<u8> = Vec::new();
-        if probe.try_reserve_exact(memory as usize).is_err() {
-            return Err(self.fault(format!("{shown} take {memory} bytes: this machine does not give that much memory")));
-        }
         Ok(count as usize)
     }
 
-    /// Reads `dims` voxels, x fastest, straight into their place.
+    /// `dims` voxels, x fastest: mapped where the file and the limits allow it, else read straight into their place.
     ///
     /// # Errors
     /// When they are over the limit, more than the file holds, damaged, or followed by what `tail` does not allow.
     pub(in crate::volume::io) fn voxels(&mut self, dims: [usize; 3], stored: Stored, endian: Endian, tail: Tail) -> Result<Voxels> {
+        if let Some(voxels) = self.map(dims, stored, endian)? {
+            self.skip(voxels.bytes() as u64)?;
+            self.check_tail(voxels.bytes() as u64, tail)?;
+            return Ok(voxels);
+        }
         let count = self.weigh(dims, stored, stored.bytes() as u64)?;
         let voxels = match stored {
             Stored::Native(kind) => {
@@ -71,6 +88,29 @@ impl Source {
         };
         self.check_tail(count as u64 * stored.bytes() as u64, tail)?;
         Ok(voxels)
+    }
+
+    /// The next voxels where they lie, if they are as they are needed and enough of them to pay.
+    fn map(&self, dims: [usize; 3], stored: Stored, endian: Endian) -> Result<Option<Voxels>> {
+        let (Stored::Native(kind), Some((file, first))) = (stored, self.plain()) else { return Ok(None) };
+        if kind.bytes() > 1 && endian != Endian::NATIVE {
+            return Ok(None);
+        }
+        let count = self.claim(dims, stored, kind.bytes() as u64)?;
+        if ((count * kind.bytes()) as u64) < self.limits.map_bytes {
+            return Ok(None);
+        }
+        // A file system that cannot map can still be read.
+        Ok(match kind {
+            VoxelType::U8 => mapped::<u8>(file, first, count),
+            VoxelType::I8 => mapped::<i8>(file, first, count),
+            VoxelType::U16 => mapped::<u16>(file, first, count),
+            VoxelType::I16 => mapped::<i16>(file, first, count),
+            VoxelType::U32 => mapped::<u32>(file, first, count),
+            VoxelType::I32 => mapped::<i32>(file, first, count),
+            VoxelType::F32 => mapped::<f32>(file, first, count),
+            VoxelType::F64 => mapped::<f64>(file, first, count),
+        })
     }
 
     /// 64-bit integers, kept in 32 bits; a value that does not fit is an error.
@@ -145,6 +185,11 @@ impl Source {
         };
         Err(self.fault(format!("the voxels should take {total} bytes, there are {held}: wrong dimensions or type?")))
     }
+}
+
+/// `count` voxels from byte `first` of `file` on, where it can be mapped so.
+fn mapped<T: Voxel>(file: &File, first: u64, count: usize) -> Option<Voxels> {
+    Mapped::<T>::new(file, first, count).ok().flatten().map(|mapped| T::wrap(Buffer::mapped(mapped)))
 }
 
 /// Voxels that arrive in another order than they are kept: `dims` of `kind`, z fastest in the file.
