@@ -67,11 +67,14 @@
 //! (teaching pages), `study` (error against run time, and proof of stability).
 //! `default-features = false` leaves the renderer, its scenes and the built-in volumes.
 
+#[doc(hidden)]
+pub mod bench;
 mod error;
 #[cfg(feature = "explain")]
 pub mod explain;
 mod fragment;
 pub mod lanes;
+mod lean;
 mod opengl;
 mod plan;
 pub mod proxy;

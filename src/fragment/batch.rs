@@ -88,6 +88,7 @@ pub(crate) struct PixelBlock {
 }
 
 /// 64 fragments on their way through the stages.
+#[derive(Clone)]
 #[repr(C, align(64))]
 pub(crate) struct Batch {
     /// Index of the slice.

@@ -13,6 +13,7 @@ pub(crate) use table::Slab;
 
 use crate::fragment::*;
 use crate::lanes::{Level, ToF32};
+use crate::lean::{LEAN, extra};
 use crate::proxy::Stack;
 use crate::raster::PairWork;
 use crate::scene::{Accumulation, Blend, Classification, Filter, Fog, FogDistance, FogWeighting, Method, Order, Scene, SlabForm, Target};
@@ -120,7 +121,7 @@ impl Needs {
             Blend::Iso { .. } => BlendKind::Iso,
         };
         let colors = matches!(blend, BlendKind::Over | BlendKind::Add);
-        let fog = scene.fog().filter(|_| colors);
+        let fog = extra(scene.fog()).filter(|_| colors);
         let literal = fog.is_some_and(|f| f.weighting() == FogWeighting::Literal);
         let method = method(scene);
         // Values before and behind a slab come in the order of the ray.
@@ -158,8 +159,8 @@ impl Needs {
         let nearest = self.method.filter == Filter::Nearest;
         let before = self.method.classification == Classification::Pre && !nearest;
         middle.push(stage("fetch", self.fetch(volume, packed, scaling, level)));
-        let pairs = self.method.is_pre_integrated() && colors;
-        if self.guard && !before && !pairs {
+        let pairs = self.method.is_pre_integrated() && colors && !LEAN;
+        if self.guard && !before && !pairs && !LEAN {
             middle.push(stage("guard", level.kernel::<Guard, _, _>()));
         }
         if pairs {
@@ -175,7 +176,7 @@ impl Needs {
                 },
             ));
         }
-        let fog: Option<Stage<'v>> = self.fog.map(|distance| {
+        let fog: Option<Stage<'v>> = extra(self.fog).map(|distance| {
             stage(
                 "fog",
                 match distance {

@@ -6,6 +6,7 @@
 
 use crate::fragment::PixelBlock;
 use crate::fragment::batch::{BATCH, SIDE};
+use crate::lean::LEAN;
 use crate::proxy::Stack;
 
 /// A half-space prepared for a frame.
@@ -84,7 +85,7 @@ impl<'s> Beams<'s> {
                 Side { a: s.a, b: s.b, c: s.c, g: s.g, error: size * 1e-14 }
             })
             .collect();
-        Self { stack, sides, radial, outer }
+        Self { stack, sides, radial: radial && !LEAN, outer }
     }
 
     /// Fills `pixels` for the block whose first pixel is (x0,y0). `inside(i)` tells which lanes belong to the picture and tile.

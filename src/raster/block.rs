@@ -6,6 +6,7 @@ use super::pairs::{Kept, PairWork};
 use super::watch::Watch;
 use crate::fragment::batch::{BATCH, SIDE};
 use crate::fragment::{Batch, Frame, Stage};
+use crate::lean::extra;
 use crate::proxy::Stack;
 use crate::scene::{Fog, Order};
 
@@ -165,7 +166,7 @@ pub(crate) fn render<W: Watch>(
     if !slices.is_empty() {
         march.slices(slices.start, slices.end, false);
         // A part of the slices leaves the way to the rays' exits for later.
-        if let (Some(pairs), true) = (&work.pairs, slices.end > range.any.1) {
+        if let (Some(pairs), true) = (extra(work.pairs.as_ref()), slices.end > range.any.1) {
             march.after_pairs(pairs);
         }
     }
@@ -245,7 +246,7 @@ impl<'v, W: Watch> March<'_, '_, 'v, W> {
 
     /// One slice through the stages.
     fn slice(&mut self, k: i64) {
-        if let Some(pairs) = &self.work.pairs {
+        if let Some(pairs) = extra(self.work.pairs.as_ref()) {
             self.before_pair(k, pairs);
         }
         let sampled = self.sampled(k);
@@ -254,7 +255,7 @@ impl<'v, W: Watch> March<'_, '_, 'v, W> {
         let depth = work.stack.near + (k as f64 + if work.outer.between() { 0.0 } else { 0.5 }) * work.stack.spacing;
         batch.slice = k as i32;
         batch.depth = depth as f32;
-        if let Some(fog) = work.fog {
+        if let Some(fog) = extra(work.fog) {
             batch.fog = fog.factor(depth) as f32;
         }
         self.placing.place(sampled, work.frame, batch);

@@ -1,6 +1,7 @@
 //! From what a pixel has gathered to its colour over the background.
 
 use crate::fragment::{PixelBlock, project::NOTHING};
+use crate::lean::LEAN;
 use crate::proxy::Stack;
 use crate::scene::{Blend, Premultiplied, Straight, TransferFunction};
 use crate::volume::Volume;
@@ -40,7 +41,9 @@ impl Resolve<'_> {
         let t = pixels.transmittance[i];
         let front = match self.blend {
             // Weights add up to 1, and roundings to a hair more.
-            Blend::Over if self.bounded => return self.over([c0, c1, c2], t).map(|c| if c > 1.0 && !self.literal { 1.0 } else { c }),
+            Blend::Over if self.bounded => {
+                return self.over([c0, c1, c2], t).map(|c| if c > 1.0 && (LEAN || !self.literal) { 1.0 } else { c });
+            }
             // Sums that grow without bound end at the largest number there is.
             Blend::Over => return self.over([c0, c1, c2], t).map(|c| if c.is_nan() { 0.0 } else { c.clamp(f32::MIN, f32::MAX) }),
             Blend::Add => {

@@ -2,11 +2,13 @@
 
 use super::{Renderer, TILE};
 use crate::fragment::{Frame, FrameFog};
-use crate::lanes::LookupTable;
-use crate::plan::{self, Classes, Needs, Scaling, Slab};
+use crate::lanes::{Level, LookupTable};
+use crate::plan::{self, Classes, Needs, Scaling, Slab, Stages};
 use crate::proxy::Stack;
 use crate::raster::{BlockMask, Counters, Occupancy, Outer, Resolve, Watch, Work, render_tiles};
-use crate::scene::{Blend, Ends, Fog, FogDistance, FogWeighting, Method, Premultiplied, SampleAt, Scene, SlabForm, TransferFunction, View};
+use crate::scene::{
+    Blend, Ends, Fog, FogDistance, FogWeighting, Method, Premultiplied, SampleAt, Scene, SlabForm, Slicing, TransferFunction, View,
+};
 use crate::volume::bricks::Bricks;
 use crate::volume::packed::Packed;
 use crate::{Error, Result, Volume};
@@ -56,9 +58,10 @@ impl Renderer<'_> {
     ) -> Result<Finished> {
         let (scene, view) = (shot.scene, &shot.view);
         let volume = self.volume;
-        let Some(VolumeData { bricks, packed, scaling }) = &self.volume_data else {
+        let Some(prepared) = &self.volume_data else {
             return Err(Error::invalid("a frame before the volume is prepared"));
         };
+        let VolumeData { bricks, scaling, .. } = prepared;
         let stack = Stack::new(volume.grid(), view, scene.clip_planes(), count);
         let transfer_data = shot.clock.prepare(|| {
             let unit = scene.opacity_unit().unwrap_or_else(|| volume.grid().smallest_spacing());
@@ -76,10 +79,7 @@ impl Renderer<'_> {
             list.truncate(KEPT);
             &list[0]
         });
-        let (mut frame, split) = make_frame(scene, volume, packed.as_ref(), scaling, transfer_data, terminate);
-        let needs = Needs::new(scene, &stack, bricks, (split, frame.fine.is_some()), terminate);
-        frame.far = needs.far;
-        let stages = needs.stages(volume, packed.is_some(), scaling, self.level);
+        let Parts { frame, needs, stages } = Parts::new(scene, volume, prepared, transfer_data, &stack, terminate, self.level);
         let work = Work {
             frame: &frame,
             stack: &stack,
@@ -124,6 +124,43 @@ impl Renderer<'_> {
         let planned = plan::planned(scene, volume, &needs);
         let visible_share = needs.skip.then(|| transfer_data.occupancy.share());
         Ok(Finished { counters, slices: stack.count, planned, method: scene.method(), visible_share })
+    }
+}
+
+/// What batches of a frame go through, and by which constants.
+pub(crate) struct Parts<'v> {
+    pub(crate) frame: Frame<'v>,
+    pub(crate) needs: Needs,
+    pub(crate) stages: Stages<'v>,
+}
+
+impl<'v> Parts<'v> {
+    fn new(
+        scene: &Scene,
+        volume: &'v Volume,
+        VolumeData { bricks, packed, scaling }: &'v VolumeData,
+        transfer_data: &TransferData,
+        stack: &Stack,
+        terminate: f32,
+        level: Level,
+    ) -> Self {
+        let (mut frame, split) = make_frame(scene, volume, packed.as_ref(), scaling, transfer_data, terminate);
+        let needs = Needs::new(scene, stack, bricks, (split, frame.fine.is_some()), terminate);
+        frame.far = needs.far;
+        let stages = needs.stages(volume, packed.is_some(), scaling, level);
+        Self { frame, needs, stages }
+    }
+}
+
+impl Renderer<'_> {
+    /// The parts of the frame of `scene` that was rendered last.
+    pub(crate) fn parts(&self, scene: &Scene) -> Option<Parts<'_>> {
+        let Slicing::Count(count) = scene.slicing() else { return None };
+        let (width, height) = scene.size();
+        let view = scene.camera().resolve(self.volume.grid(), width, height).ok()?;
+        let stack = Stack::new(self.volume.grid(), &view, scene.clip_planes(), count);
+        let transfer_data = self.transfer_data.first()?;
+        Some(Parts::new(scene, self.volume, self.volume_data.as_ref()?, transfer_data, &stack, scene.terminate(), self.level))
     }
 }
 

@@ -15,6 +15,7 @@ use crate::target::Picture;
 use crate::volume::bricks::Bricks;
 use crate::volume::packed::Packed;
 use crate::{Error, Result, Settings, Volume};
+pub(crate) use frame::Parts;
 #[cfg(feature = "explain")]
 pub(crate) use frame::start_values;
 use frame::{Clock, Shot, TransferData, VolumeData};
@@ -120,6 +121,7 @@ impl<'v> Renderer<'v> {
                 VolumeData { bricks, packed, scaling }
             });
         });
+        crate::lean::check(scene, self.volume_data.as_ref().map_or(0, |d| d.bricks.non_finite))?;
         let (width, height) = scene.size();
         let view = scene.camera().resolve(volume.grid(), width, height)?;
         let mut warnings = Vec::new();
