@@ -85,6 +85,7 @@ pub mod scene;
 mod settings;
 #[cfg(feature = "study")]
 pub mod study;
+mod tally;
 pub mod target;
 pub mod volume;
 
@@ -92,6 +93,7 @@ pub use error::{Error, Result};
 pub use renderer::{RenderStats, Renderer, render};
 pub use scene::Scene;
 pub use settings::{Limits, Progress, Settings};
+pub use tally::{LeftOut, Saved, Tally};
 pub use target::Picture;
 #[cfg(feature = "encoders")]
 pub use target::{Depth, Format};

@@ -6,7 +6,7 @@ mod pairs;
 mod table;
 
 pub(crate) use classes::Classes;
-pub(crate) use left_out::{counted, planned};
+pub(crate) use left_out::{Planned, Saving, passed_over, planned, tally};
 use pairs::Pairs;
 use table::Layout;
 pub(crate) use table::Slab;
@@ -243,6 +243,17 @@ impl Needs {
             (true, false, true) => level.kernel::<ClassifyPair<true, false, true>, _, _>(),
             (true, true, false) => level.kernel::<ClassifyPair<true, true, false>, _, _>(),
             (true, true, true) => level.kernel::<ClassifyPair<true, true, true>, _, _>(),
+        }
+    }
+
+    /// Loads of a lookup for the eight voxels around it.
+    pub(crate) fn loads(&self, volume: &Volume, packed: bool, scaling: &Scaling) -> u64 {
+        let pairs = !self.far && scaling.to_f32.is_none() && volume.grid().dims()[0] > 1;
+        let linear = self.method.filter == Filter::Linear && self.method.classification != Classification::Pre;
+        match volume.voxels().voxel_type().bytes() {
+            1 if pairs && linear && packed => 2,
+            1 | 2 if pairs && linear => 4,
+            _ => 8,
         }
     }
 

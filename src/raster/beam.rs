@@ -65,10 +65,12 @@ pub(crate) struct BlockRange {
     pub(crate) last_first: i64,
     /// Fragments the block's slices leave in all.
     pub(crate) fragments: u64,
+    /// Pieces of rays that cross a corner of the box between two slices.
+    pub(crate) corners: u64,
 }
 
 impl BlockRange {
-    const NONE: Self = Self { any: (1, 0), whole: (1, 0), last_first: i64::MIN, fragments: 0 };
+    const NONE: Self = Self { any: (1, 0), whole: (1, 0), last_first: i64::MIN, fragments: 0, corners: 0 };
 }
 
 impl<'s> Beams<'s> {
@@ -100,7 +102,7 @@ impl<'s> Beams<'s> {
         self.plane(x0, y0, pixels);
         let mut any = (i64::MAX, i64::MIN);
         let mut whole = (i64::MIN, i64::MAX);
-        let mut fragments = 0;
+        let (mut fragments, mut corners) = (0, 0);
         let mut last_first = i64::MIN;
         for i in 0..BATCH {
             let (x, y) = (x0 + (i % SIDE) as f64, y0 + (i / SIDE) as f64);
@@ -135,11 +137,13 @@ impl<'s> Beams<'s> {
                 pixels.doubt |= 1 << i;
                 whole = (i64::MAX, i64::MIN);
                 fragments += (first..=last).filter(|&k| stack.covers(k as u64, x, y)).count() as u64;
-            } else if !ray.corner {
+            } else if ray.corner {
+                corners += 1;
+            } else {
                 fragments += (last - first + 1) as u64;
             }
         }
-        BlockRange { any, whole, last_first, fragments }
+        BlockRange { any, whole, last_first, fragments, corners }
     }
 
     /// Lengths of the block's rays per unit of depth, or squared distances from the picture's middle, where a stage wants them.

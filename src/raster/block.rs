@@ -54,6 +54,16 @@ pub(crate) struct Counters {
     pub(crate) missed_blocks: u64,
     /// Batches without the stages for partial coverage.
     pub(crate) whole: u64,
+    /// Pieces of rays between two slices, which no polygon covers.
+    pub(crate) corners: u64,
+    /// Fragments and such pieces in batches that went through the stages.
+    pub(crate) looked_up: u64,
+    /// Fragments and such pieces in batches passed over because their pixels were finished.
+    pub(crate) finished_fragments: u64,
+    /// Batches behind the last slices, whose lookups are counted apart.
+    pub(crate) exits: u64,
+    /// Blocks looked at.
+    pub(crate) blocks: u64,
 }
 
 impl Counters {
@@ -65,6 +75,11 @@ impl Counters {
         self.finished += other.finished;
         self.missed_blocks += other.missed_blocks;
         self.whole += other.whole;
+        self.corners += other.corners;
+        self.looked_up += other.looked_up;
+        self.finished_fragments += other.finished_fragments;
+        self.exits += other.exits;
+        self.blocks += other.blocks;
     }
 }
 
@@ -146,7 +161,9 @@ pub(crate) fn render<W: Watch>(
     watch: &mut W,
 ) -> bool {
     let range = beams.block(x0, y0, inside, &mut batch.pixels);
+    counters.blocks += 1;
     counters.fragments += range.fragments;
+    counters.corners += range.corners;
     let [red, green, blue, transmittance] = work.start;
     batch.pixels.color = [[red; BATCH], [green; BATCH], [blue; BATCH]];
     batch.pixels.transmittance = [transmittance; BATCH];
@@ -162,12 +179,16 @@ pub(crate) fn render<W: Watch>(
     watch.block(work.stack, x0, y0, batch);
     let slices = watch.slices(range.any.0..range.any.1 + 1);
     let window = (f64::from(x0) + 0.5, f64::from(y0) + 0.5);
-    let mut march = March { work, range, placing, batch, counters, watch, whole_lengths: true, window, kept: Kept::default() };
+    let mut march = March { work, range, placing, batch, counters, watch, whole_lengths: true, window, kept: Kept::default(), ended: None };
     if !slices.is_empty() {
         march.slices(slices.start, slices.end, false);
         // A part of the slices leaves the way to the rays' exits for later.
         if let (Some(pairs), true) = (extra(work.pairs.as_ref()), slices.end > range.any.1) {
             march.after_pairs(pairs);
+        }
+        if let Some(k) = march.ended {
+            march.counters.finished_fragments +=
+                if work.order == Order::FrontToBack { march.covered(k + 1, slices.end) } else { march.covered(slices.start, k) };
         }
     }
     watch.done(batch);
@@ -187,6 +208,8 @@ pub(super) struct March<'m, 'f, 'v, W> {
     /// Window position of the first pixel's centre.
     pub(super) window: (f64, f64),
     pub(super) kept: Kept,
+    /// The slice after which every pixel was finished.
+    ended: Option<i64>,
 }
 
 impl<'v, W: Watch> March<'_, '_, 'v, W> {
@@ -217,9 +240,11 @@ impl<'v, W: Watch> March<'_, '_, 'v, W> {
         if visible || to - from == 1 {
             let mut k = from;
             while k < to {
-                self.slice(if self.work.order == Order::FrontToBack { k } else { from + to - 1 - k });
+                let slice = if self.work.order == Order::FrontToBack { k } else { from + to - 1 - k };
+                self.slice(slice);
                 k += 1;
                 if !self.batch.pixels.alive {
+                    self.ended = Some(slice);
                     self.counters.finished += (to - k) as u64;
                     let (from, to) = if self.work.order == Order::FrontToBack { (k, to) } else { (from, from + to - k) };
                     self.watch.skipped(from, to, true);
@@ -236,6 +261,22 @@ impl<'v, W: Watch> March<'_, '_, 'v, W> {
             self.slices(middle, to, visible);
             self.slices(from, middle, visible);
         }
+    }
+
+    /// Fragments of slices `from..to`.
+    fn covered(&self, from: i64, to: i64) -> u64 {
+        let pixels = &self.batch.pixels;
+        let mut count = 0;
+        for i in 0..BATCH {
+            let (first, last) = (i64::from(pixels.first[i]).max(from), i64::from(pixels.last[i]).min(to - 1));
+            if pixels.doubt >> i & 1 == 0 {
+                count += (last - first + 1).max(0) as u64;
+            } else {
+                let (x, y) = (self.window.0 + (i % SIDE) as f64, self.window.1 + (i / SIDE) as f64);
+                count += (first..=last).filter(|&k| self.work.stack.covers(k as u64, x, y)).count() as u64;
+            }
+        }
+        count
     }
 
     /// Depth at which slice `k` takes its values.
@@ -264,6 +305,7 @@ impl<'v, W: Watch> March<'_, '_, 'v, W> {
         self.counters.fetches += BATCH as u64;
         if k >= self.range.whole.0 && k <= self.range.whole.1 {
             self.counters.whole += 1;
+            self.counters.looked_up += BATCH as u64;
             batch.mask = u64::MAX;
             if !self.whole_lengths {
                 batch.length = batch.pixels.slant;
@@ -285,6 +327,7 @@ impl<'v, W: Watch> March<'_, '_, 'v, W> {
                     batch.mask &= !(1 << i);
                 }
             }
+            self.counters.looked_up += u64::from(batch.mask.count_ones());
             self.watch.stage(work.span.name, work.frame, batch);
             for stage in &work.partial {
                 (stage.run)(work.frame, batch);

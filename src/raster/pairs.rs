@@ -152,6 +152,7 @@ impl<'v, W: Watch> March<'_, '_, 'v, W> {
         self.batch.mask = mask;
         self.batch.slice = BEHIND;
         self.counters.batches += 1;
+        self.counters.exits += 1;
         self.watch.slice(frame, self.batch);
         for stage in &work.exit {
             (stage.run)(frame, self.batch);

@@ -3,12 +3,13 @@
 use super::{Renderer, TILE};
 use crate::fragment::{Frame, FrameFog};
 use crate::lanes::{Level, LookupTable};
-use crate::plan::{self, Classes, Needs, Scaling, Slab, Stages};
+use crate::plan::{self, Classes, Needs, Planned, Scaling, Slab, Stages};
 use crate::proxy::Stack;
 use crate::raster::{BlockMask, Counters, Occupancy, Outer, Resolve, Watch, Work, render_tiles};
 use crate::scene::{
     Blend, Ends, Fog, FogDistance, FogWeighting, Method, Premultiplied, SampleAt, Scene, SlabForm, Slicing, TransferFunction, View,
 };
+use crate::tally::{LeftOut, Tally};
 use crate::volume::bricks::Bricks;
 use crate::volume::packed::Packed;
 use crate::{Error, Result, Volume};
@@ -121,9 +122,10 @@ impl Renderer<'_> {
             (counters, seen) = render_tiles(&work, &resolve, tile, pixels, blocks, self.settings.progress.as_deref(), &shot.watch)?;
             shot.watch.merge(seen);
         }
-        let planned = plan::planned(scene, volume, &needs);
+        let loads = needs.loads(volume, prepared.packed.is_some(), scaling);
+        let planned = plan::planned(scene, volume, &needs, loads);
         let visible_share = needs.skip.then(|| transfer_data.occupancy.share());
-        Ok(Finished { counters, slices: stack.count, planned, method: scene.method(), visible_share })
+        Ok(Finished { counters, frames: 1, slices: stack.count, planned, method: scene.method(), visible_share })
     }
 }
 
@@ -167,8 +169,9 @@ impl Renderer<'_> {
 /// What a frame took, or several frames that make up one picture.
 pub(super) struct Finished {
     pub(super) counters: Counters,
+    pub(super) frames: u64,
     pub(super) slices: u64,
-    pub(super) planned: Vec<(String, String)>,
+    pub(super) planned: Vec<Planned>,
     /// How its rays were integrated.
     pub(super) method: Method,
     visible_share: Option<f64>,
@@ -177,21 +180,26 @@ pub(super) struct Finished {
 impl Finished {
     /// Adds a further frame of the same picture.
     pub(super) fn add(&mut self, other: &Self) {
-        self.counters.add(&other.counters);
+        self.cost(other);
         self.slices = self.slices.max(other.slices);
     }
 
     /// Adds what another frame took that is not part of the picture.
     pub(super) fn cost(&mut self, other: &Self) {
         self.counters.add(&other.counters);
+        self.frames += other.frames;
     }
 
-    /// Everything that was left out of a picture of `width` x `height` pixels.
-    pub(super) fn left_out(&mut self, width: u32, height: u32) -> Vec<(String, String)> {
-        let blocks = u64::from(width.div_ceil(8)) * u64::from(height.div_ceil(8));
-        let mut list = std::mem::take(&mut self.planned);
-        list.extend(plan::counted(&self.counters, self.visible_share, blocks));
-        list
+    /// Where the work went.
+    pub(super) fn tally(&self) -> Tally {
+        plan::tally(&self.counters, self.frames)
+    }
+
+    /// Everything that was left out of the picture.
+    pub(super) fn left_out(&mut self) -> Vec<LeftOut> {
+        let tally = self.tally();
+        let planned = std::mem::take(&mut self.planned).into_iter();
+        planned.map(|p| p.counted(&tally, self.counters.fetches)).chain(plan::passed_over(&tally, self.visible_share)).collect()
     }
 }
 

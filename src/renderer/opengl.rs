@@ -5,6 +5,7 @@ use super::{RenderStats, Renderer, TILE, canvas, slice_count};
 use crate::opengl;
 use crate::proxy::Stack;
 use crate::scene::{Classification, Equation, Factor, FogWeighting, OpenGl, Scene, Slicing, TableColors};
+use crate::tally::Tally;
 use crate::target::Picture;
 use crate::{Error, Result};
 
@@ -77,6 +78,7 @@ impl Renderer<'_> {
             fetches: fragments,
             threads: rayon::current_num_threads(),
             simd: "scalar",
+            tally: Tally { frames: 1, fragments, looked_up: fragments, ..Tally::default() },
             left_out: opengl::left_out(scene, state),
             error_estimate: None,
             non_finite_voxels: non_finite,
