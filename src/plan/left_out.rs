@@ -14,7 +14,7 @@ pub(crate) enum Saving {
     Unknown,
     /// So many units in every lane that went through the stages, besides so many that were done.
     Lanes { saved: u64, done: u64, unit: &'static str },
-    /// All lanes of a batch but one.
+    /// All lanes of a slice's batch but one.
     AllButOne(&'static str),
     /// The lanes of batches covered by whole slabs.
     Whole(&'static str),
@@ -36,14 +36,14 @@ impl Planned {
     }
 
     /// With the numbers of a finished picture.
-    pub(crate) fn counted(self, tally: &Tally, fetches: u64) -> LeftOut {
-        let lanes = BATCH as u64 * tally.batches;
+    pub(crate) fn counted(self, c: &Counters) -> LeftOut {
+        let lanes = BATCH as u64 * c.batches;
         let (numbers, unit) = match self.saving {
             Saving::Unknown => return LeftOut::uncounted(self.what, self.why),
             Saving::Lanes { saved, done, unit } => ((saved * lanes, (saved + done) * lanes), unit),
-            Saving::AllButOne(unit) => ((lanes - tally.batches, lanes), unit),
-            Saving::Whole(unit) => ((BATCH as u64 * tally.whole_batches, lanes), unit),
-            Saving::Lookups { saved, done, unit } => ((saved * fetches, (saved + done) * fetches), unit),
+            Saving::AllButOne(unit) => (((BATCH as u64 - 1) * (c.batches - c.exits), lanes), unit),
+            Saving::Whole(unit) => ((BATCH as u64 * c.whole, lanes), unit),
+            Saving::Lookups { saved, done, unit } => ((saved * c.fetches, (saved + done) * c.fetches), unit),
         };
         LeftOut::counted(self.what, self.why, numbers, unit)
     }

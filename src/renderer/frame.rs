@@ -199,7 +199,7 @@ impl Finished {
     pub(super) fn left_out(&mut self) -> Vec<LeftOut> {
         let tally = self.tally();
         let planned = std::mem::take(&mut self.planned).into_iter();
-        planned.map(|p| p.counted(&tally, self.counters.fetches)).chain(plan::passed_over(&tally, self.visible_share)).collect()
+        planned.map(|p| p.counted(&self.counters)).chain(plan::passed_over(&tally, self.visible_share)).collect()
     }
 }
 
