@@ -130,6 +130,7 @@ impl Placing {
     }
 
     /// Sets where the batch's fragments lie at depth `d`, relative to a base voxel below all of them.
+    #[inline(always)]
     pub(super) fn place(&self, d: f64, frame: &Frame<'_>, batch: &mut Batch) {
         let scale = self.scale(d);
         let mut base = 0;

@@ -1,7 +1,6 @@
 //! From what a pixel has gathered to its colour over the background.
 
 use crate::fragment::{PixelBlock, project::NOTHING};
-use crate::lean::LEAN;
 use crate::proxy::Stack;
 use crate::scene::{Blend, Premultiplied, Straight, TransferFunction};
 use crate::volume::Volume;
@@ -24,8 +23,8 @@ pub(crate) struct Resolve<'f> {
     pub(crate) low: f64,
     /// Whether slabs keep what is gathered between 0 and 1.
     pub(crate) bounded: bool,
-    /// Whether fog is added whatever a fragment's opacity: sums may then rightly pass 1.
-    pub(crate) literal: bool,
+    /// What sums of such slabs may come to: 1, or anything where fog is added whatever a fragment's opacity.
+    pub(crate) most: f32,
 }
 
 impl Resolve<'_> {
@@ -42,7 +41,7 @@ impl Resolve<'_> {
         let front = match self.blend {
             // Weights add up to 1, and roundings to a hair more.
             Blend::Over if self.bounded => {
-                return self.over([c0, c1, c2], t).map(|c| if c > 1.0 && (LEAN || !self.literal) { 1.0 } else { c });
+                return self.over([c0, c1, c2], t).map(|c| if c > self.most { self.most } else { c });
             }
             // Sums that grow without bound end at the largest number there is.
             Blend::Over => return self.over([c0, c1, c2], t).map(|c| if c.is_nan() { 0.0 } else { c.clamp(f32::MIN, f32::MAX) }),

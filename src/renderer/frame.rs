@@ -111,7 +111,7 @@ impl Renderer<'_> {
             offset: scaling.offset,
             low: f64::from(frame.table_low),
             bounded: needs.method.slab == SlabForm::Exponential,
-            literal: scene.fog().is_some_and(|f| f.weighting() == FogWeighting::Literal),
+            most: if scene.fog().is_some_and(|f| f.weighting() == FogWeighting::Literal) { f32::INFINITY } else { 1.0 },
         };
         let mut counters = Counters::default();
         if stack.is_empty() {
