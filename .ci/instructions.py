@@ -27,7 +27,8 @@ CASES = {
     ],
     "scalar": ["shells", "perspective-fog"],
 }
-# Of one compiler two counts of one source differ by less than 0.05 %; what moves them is code that the compiler inlines differently.
+# Of one compiler two counts of one source differ by less than 0.1 %, on a machine under load; what moves them is code that it inlines
+# differently.
 MARGIN = 0.02
 # Another compiler makes other code of the same source.
 OTHER_COMPILER = 0.15
