@@ -1,61 +1,72 @@
-//! Whole frames: every vector level, every width of voxel, with and without something to leave out.
+//! Whole frames: every vector level, every type of voxel, every way to a picture, with and without something to leave out.
 //!
-//! `cargo bench --bench frames` prints seconds a frame; throughput counts the voxel lookups really done.
+//! `cargo bench --bench frames` prints seconds a frame on one thread; throughput counts the voxel lookups really done.
+//! `cargo bench --bench frames -- scene/head` runs some.
 #![allow(missing_docs, reason = "the macro of criterion makes a public function")]
 
+mod scenes;
+
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use scenes::{Share, block, classified, fog, haze, head, mist, perspective, shells, signal, skull};
 use slicestack::lanes::Level;
-use slicestack::scene::{Camera, Placement, Projection, Slicing, TransferFunction};
+use slicestack::scene::{Blend, Classification, FogDistance, Order, Slicing};
 use slicestack::volume::VoxelType;
-use slicestack::volume::phantom::Phantom;
-use slicestack::{Limits, Renderer, Scene, Settings, Volume};
+use slicestack::{Renderer, Result, Scene, Settings, Volume};
 use std::hint::black_box;
 
 const SIZE: usize = 128;
+const SIDE: u32 = 256;
+const COUNT: u64 = 256;
 
-fn volume(kind: VoxelType) -> Volume {
-    Phantom::MarschnerLobb.volume_as(SIZE, kind, &Limits::default()).expect("a phantom of moderate size")
+fn bench(c: &mut Criterion, group: &str, name: &str, volume: &Volume, scene: &Scene, level: Level) -> Result<()> {
+    let settings = Settings { level: Some(level), threads: Some(1), ..Settings::default() };
+    let mut renderer = Renderer::new(volume, settings);
+    let (_, stats) = renderer.render(scene)?;
+    let mut group = c.benchmark_group(group);
+    group.throughput(Throughput::Elements(stats.fetches.max(1))).sample_size(10);
+    group.bench_function(BenchmarkId::new(name, level.name()), |b| b.iter(|| black_box(renderer.render(scene))));
+    group.finish();
+    Ok(())
 }
 
-fn scene() -> Scene {
-    Scene::new(Phantom::MarschnerLobb.default_transfer())
-        .with_opacity_unit(Phantom::opacity_unit(SIZE))
-        .and_then(|s| s.with_size(256, 256))
-        .and_then(|s| s.with_slices(Slicing::Count(256)))
-        .expect("a valid scene")
-}
-
-/// A scene in which no slice is empty and no pixel is ever finished.
-fn dense() -> Scene {
-    let haze = TransferFunction::new(vec![(0.0, [1.0, 0.5, 0.2])], vec![(0.0, 0.001)]).expect("valid points");
-    scene().with_transfer(haze).with_terminate(0.0).expect("0 is allowed")
-}
-
-fn perspective() -> Scene {
-    let placement = Placement::Orbit { azimuth: 30.0, elevation: 20.0, roll: 0.0, zoom: 1.2 };
-    scene().with_camera(Camera::new(placement, Projection::Perspective { fov_y: 40.0 }).expect("a valid camera"))
+fn all(c: &mut Criterion) -> Result<()> {
+    let bytes = signal(SIZE, VoxelType::U8)?;
+    let shells = shells(SIZE, SIDE, COUNT)?;
+    let (head, skull) = (head(SIZE)?, skull(SIDE, COUNT)?);
+    let of_shells: Vec<(&str, Scene)> = vec![
+        ("shells", shells.clone()),
+        ("perspective", perspective(shells.clone())?),
+        ("planar fog", fog(shells.clone(), FogDistance::Planar)?),
+        ("radial fog", fog(shells.clone(), FogDistance::Radial)?),
+        ("back to front", shells.clone().with_order(Order::BackToFront)),
+        ("mip", shells.clone().with_blend(Blend::Mip)?),
+        ("pre-classified", classified(shells, Classification::Pre)?),
+    ];
+    let of_head: Vec<(&str, Scene)> = vec![
+        ("head", skull.clone()),
+        ("head pre-integrated", classified(skull.clone(), Classification::PreIntegrated)?),
+        ("head second order", classified(skull.clone(), Classification::SecondOrder)?),
+        ("head to a tolerance of 0.002", skull.with_slices(Slicing::Tolerance(0.002))?),
+    ];
+    for level in Level::available() {
+        for kind in VoxelType::ALL {
+            bench(c, "dense", kind.name(), &signal(SIZE, kind)?, &mist(SIDE, COUNT)?, level)?;
+        }
+        for (name, share) in [("all", Share::All), ("half", Share::Half), ("nothing", Share::Nothing)] {
+            bench(c, "visible", name, &block(SIZE, share)?, &haze(SIDE, COUNT)?, level)?;
+        }
+        for (name, scene) in &of_shells {
+            bench(c, "scene", name, &bytes, scene, level)?;
+        }
+        for (name, scene) in &of_head {
+            bench(c, "scene", name, &head, scene, level)?;
+        }
+    }
+    Ok(())
 }
 
 fn frames(c: &mut Criterion) {
-    let run = |c: &mut Criterion, group: &str, name: &str, volume: &Volume, scene: &Scene, level: Level| {
-        let settings = Settings { level: Some(level), threads: Some(1), ..Settings::default() };
-        let mut renderer = Renderer::new(volume, settings);
-        let (_, stats) = renderer.render(scene).expect("a valid scene");
-        let mut group = c.benchmark_group(group);
-        group.throughput(Throughput::Elements(stats.fetches.max(1))).sample_size(10);
-        group.bench_function(BenchmarkId::new(name, level.name()), |b| b.iter(|| black_box(renderer.render(scene).expect("as before"))));
-        group.finish();
-    };
-    for level in Level::available() {
-        for kind in VoxelType::ALL {
-            run(c, "dense", kind.name(), &volume(kind), &dense(), level);
-        }
-        let bytes = volume(VoxelType::U8);
-        run(c, "scene", "marschner-lobb", &bytes, &scene(), level);
-        run(c, "scene", "perspective", &bytes, &perspective(), level);
-        let empty = TransferFunction::new(vec![(0.0, [1.0; 3])], vec![(0.0, 0.0)]).expect("valid points");
-        run(c, "scene", "nothing visible", &bytes, &scene().with_transfer(empty), level);
-    }
+    all(c).expect("scenes that can be rendered");
 }
 
 criterion_group!(benches, frames);

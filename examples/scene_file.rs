@@ -6,7 +6,7 @@
 
 use slicestack::scene::{Overrides, SceneFile};
 use slicestack::target::Depth;
-use slicestack::{Renderer, Result, Settings};
+use slicestack::{LeftOut, Renderer, Result, Settings};
 use std::path::{Path, PathBuf};
 
 const SCENE: &str = r#"
@@ -41,7 +41,7 @@ pub(crate) fn run(out: &Path, file: Option<&Path>) -> Result<()> {
     for line in warnings.iter().chain(&stats.warnings) {
         println!("warning: {line}");
     }
-    for (what, why) in &stats.left_out {
+    for LeftOut { what, why, .. } in &stats.left_out {
         println!("left out: {what}: {why}");
     }
     Ok(())

@@ -67,11 +67,14 @@
 //! (teaching pages), `study` (error against run time, and proof of stability).
 //! `default-features = false` leaves the renderer, its scenes and the built-in volumes.
 
+#[doc(hidden)]
+pub mod bench;
 mod error;
 #[cfg(feature = "explain")]
 pub mod explain;
 mod fragment;
 pub mod lanes;
+mod lean;
 mod opengl;
 mod plan;
 pub mod proxy;
@@ -82,6 +85,7 @@ pub mod scene;
 mod settings;
 #[cfg(feature = "study")]
 pub mod study;
+mod tally;
 pub mod target;
 pub mod volume;
 
@@ -89,6 +93,7 @@ pub use error::{Error, Result};
 pub use renderer::{RenderStats, Renderer, render};
 pub use scene::Scene;
 pub use settings::{Limits, Progress, Settings};
+pub use tally::{LeftOut, Saved, Tally};
 pub use target::Picture;
 #[cfg(feature = "encoders")]
 pub use target::{Depth, Format};

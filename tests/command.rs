@@ -103,6 +103,23 @@ fn statistics_say_what_the_picture_cost() {
     // The table for people goes to the other stream and holds the same stages.
     let table = text(&out.stderr);
     assert!(left_out.iter().all(|l| table.contains(l["stage"].as_str().unwrap())), "{table}");
+    // Its numbers are those of the file, and add up.
+    let number = |row: &str| -> u64 {
+        let line = table.lines().find(|l| l.starts_with(row)).unwrap_or_else(|| panic!("no row {row}: {table}"));
+        let digits = line[row.len()..].trim_start().split("  ").next().unwrap().replace(' ', "");
+        digits.parse().unwrap_or_else(|_| panic!("{line}"))
+    };
+    let tally = |key: &str| stats["tally"][key].as_u64().unwrap();
+    let (covered, corners) = (number("covered by slices"), number("between two slices"));
+    assert_eq!((covered, Some(covered)), (tally("fragments"), stats["fragments"].as_u64()));
+    assert_eq!(covered + corners, number("= looked up") + number("+ passed over, empty") + number("+ passed over, finished"));
+    assert_eq!(number("done"), number("= for fragments") + number("+ in lanes beside them") + number("+ between slabs"));
+    assert_eq!(Some(number("done")), stats["fetches"].as_u64());
+    for saved in left_out.iter().filter_map(|l| l.get("saved")) {
+        assert!(saved["count"].as_u64().unwrap() <= saved["of"].as_u64().unwrap() && saved["unit"].is_string(), "{saved}");
+    }
+    let fog = left_out.iter().find(|l| l["stage"] == "fog").unwrap();
+    assert_eq!(fog["saved"]["count"].as_u64().unwrap(), tally("lanes"));
     // How it was run changes no byte.
     let other = run(dir.path(), &small(&["--stats", "s.json", "--threads", "3"]));
     assert!(other.status.success() && other.stdout.is_empty());

@@ -61,7 +61,7 @@ fn spikes_are_met_by_slabs_of_second_order() {
         let ours = metrics::Displayed::over_black(48, picture.pixels()).unwrap();
         let rms = metrics::difference(&ours, &truth).unwrap().rms;
         assert!(rms <= 2e-3 && stats.error_estimate.unwrap() <= 2e-3, "error {rms:.2e}, estimated {:?}", stats.error_estimate);
-        (stats.fetches, stats.left_out.iter().any(|l| l.0 == "midpoint slabs"))
+        (stats.fetches, stats.left_out.iter().any(|l| l.what == "midpoint slabs"))
     };
     let (free, switched) = chosen(Method::default());
     assert!(switched);

@@ -35,7 +35,7 @@ pub(super) struct RenderArgs {
     /// Estimate the RMS error of the colours, from a second picture of twice as many slices; told here and in --stats.
     #[arg(long)]
     estimate: bool,
-    /// Tell on stderr what the picture did not need, and why.
+    /// Tell on stderr where the work went, what the picture did not need, and why.
     #[arg(long)]
     explain: bool,
     /// Worker threads; one per core unless given. The picture is the same for any number.
@@ -136,7 +136,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
         eprintln!("estimated RMS error of the colours: {error:.2e} in {} slices", stats.slices);
     }
     if args.explain {
-        eprint!("{}", stats::explain(&stats));
+        eprint!("{}", stats::explain(&stats, &picture));
     } else if let (Sink::File(path), true) = (&sink, stderr().is_terminal()) {
         tell(path, format, clock);
     }

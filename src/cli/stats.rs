@@ -1,7 +1,7 @@
 //! What a picture cost, as JSON and as a table.
 
 use serde_json::{Value, json};
-use slicestack::{Picture, RenderStats, Volume};
+use slicestack::{LeftOut, Picture, RenderStats, Volume};
 
 /// Times that the command takes itself, in seconds.
 #[derive(Debug, Clone, Copy, Default)]
@@ -14,7 +14,8 @@ pub(super) struct Clock {
 
 /// The statistics file.
 pub(super) fn json(clock: Clock, stats: &RenderStats, warnings: &[String], picture: &Picture, volume: &Volume) -> Value {
-    let left_out: Vec<Value> = stats.left_out.iter().map(|(stage, why)| json!({ "stage": stage, "why": why })).collect();
+    let left_out: Vec<Value> = stats.left_out.iter().map(left_out_json).collect();
+    let t = &stats.tally;
     let mut value = json!({
         "seconds": { "load": clock.load, "prepare": clock.prepare, "render": clock.render, "encode": clock.encode },
         "slices": stats.slices,
@@ -22,6 +23,22 @@ pub(super) fn json(clock: Clock, stats: &RenderStats, warnings: &[String], pictu
         "fetches": stats.fetches,
         "threads": stats.threads,
         "simd": stats.simd,
+        "tally": {
+            "frames": t.frames,
+            "fragments": t.fragments,
+            "corners": t.corners,
+            "looked_up": t.looked_up,
+            "empty": t.empty,
+            "finished": t.finished,
+            "beside": t.beside,
+            "between": t.between,
+            "batches": t.batches,
+            "whole_batches": t.whole_batches,
+            "empty_batches": t.empty_batches,
+            "finished_batches": t.finished_batches,
+            "blocks": t.blocks,
+            "missed_blocks": t.missed_blocks,
+        },
         "left_out": left_out,
         "sha256": picture.sha256(),
         "warnings": warnings,
@@ -41,15 +58,119 @@ pub(super) fn json(clock: Clock, stats: &RenderStats, warnings: &[String], pictu
     value
 }
 
-/// What was left out and why, for people.
-pub(super) fn explain(stats: &RenderStats) -> String {
-    let width = stats.left_out.iter().map(|(stage, _)| stage.chars().count()).max().unwrap_or(0);
+fn left_out_json(LeftOut { what, why, saved, .. }: &LeftOut) -> Value {
+    let mut value = json!({ "stage": what, "why": why });
+    if let (Some(s), Some(map)) = (saved, value.as_object_mut()) {
+        map.insert("saved".into(), json!({ "count": s.count, "of": s.of, "unit": s.unit }));
+    }
+    value
+}
+
+/// Where the work of a picture went and what was left out of it, for people.
+pub(super) fn explain(stats: &RenderStats, picture: &Picture) -> String {
+    let t = &stats.tally;
+    let several = if t.frames > 1 { format!(", in {} frames that are counted together", t.frames) } else { String::new() };
     let mut text = format!(
-        "{} slices, {} fragments, {} voxel lookups, {} threads, {}\n",
-        stats.slices, stats.fragments, stats.fetches, stats.threads, stats.simd
+        "{} x {} pixels, {} slices{several}; {} threads, {}\n\n",
+        picture.width(),
+        picture.height(),
+        stats.slices,
+        stats.threads,
+        stats.simd
     );
-    for (stage, why) in &stats.left_out {
-        text += &format!("  left out: {stage:width$}  {why}\n");
+    let all = t.fragments + t.corners;
+    let mut table = Table::new(&["fragments", "number", "share", "what they are"]);
+    let mut row = |what: &str, n: u64, of: u64, why: &str| table.row(&[what, &grouped(n), &percent(n, of), why]);
+    row("covered by slices", t.fragments, all, "pixel centres inside the polygons");
+    row("between two slices", t.corners, all, "rays that cross a corner of the box: a piece each");
+    row("= looked up", t.looked_up, all, "went through the stages");
+    row("+ passed over, empty", t.empty, all, "the transfer function shows nothing there");
+    row("+ passed over, finished", t.finished, all, "nothing behind an opaque front shows");
+    text += &table.end();
+    let mut table = Table::new(&["voxel lookups", "number", "share", "what they are"]);
+    let mut row = |what: &str, n: u64, why: &str| table.row(&[what, &grouped(n), &percent(n, stats.fetches), why]);
+    row("done", stats.fetches, "one brings the eight voxels around a point");
+    row("= for fragments", t.looked_up, "as above");
+    row("+ in lanes beside them", t.beside, "a batch is 8 x 8 pixels of one slice, 64 lanes, covered or not");
+    row("+ between slabs", t.between, "values at the rays' ends, and where slices resume");
+    text += &table.end();
+    let mut table = Table::new(&["left out", "saved", "of", "share", "why"]);
+    for LeftOut { what, why, saved, .. } in &stats.left_out {
+        match saved {
+            Some(s) => table.row(&[what, &grouped(s.count), &format!("{} {}", grouped(s.of), s.unit), &percent(s.count, s.of), why]),
+            None => table.row(&[what, "-", "-", "-", why]),
+        }
+    }
+    text + table.end().trim_end_matches('\n') + "\n"
+}
+
+/// `n` with a space between groups of three digits.
+fn grouped(n: u64) -> String {
+    let digits = n.to_string();
+    let mut text = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i) % 3 == 0 {
+            text.push(' ');
+        }
+        text.push(digit);
     }
     text
+}
+
+fn percent(n: u64, of: u64) -> String {
+    if of == 0 { "-".into() } else { format!("{:.1} %", 100.0 * n as f64 / of as f64) }
+}
+
+/// A table of text: the first and the last column begin at the left, numbers between them end at the right.
+struct Table {
+    rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    fn new(head: &[&str]) -> Self {
+        let mut table = Self { rows: Vec::new() };
+        table.row(head);
+        table
+    }
+
+    fn row(&mut self, cells: &[&str]) {
+        self.rows.push(cells.iter().map(|&c| c.to_owned()).collect());
+    }
+
+    /// The table, a line under its head, an empty line behind it.
+    fn end(self) -> String {
+        let columns = self.rows.first().map_or(0, Vec::len);
+        let width = |c: usize| self.rows.iter().filter_map(|r| r.get(c)).map(|cell| cell.chars().count()).max().unwrap_or(0);
+        let widths: Vec<usize> = (0..columns).map(width).collect();
+        let mut text = String::new();
+        for (i, row) in self.rows.iter().enumerate() {
+            let mut line = String::new();
+            for (c, cell) in row.iter().enumerate() {
+                let width = widths[c];
+                line += &if c == 0 || c + 1 == columns { format!("{cell:width$}  ") } else { format!("{cell:>width$}  ") };
+            }
+            text += line.trim_end();
+            text.push('\n');
+            if i == 0 {
+                let rules: Vec<String> = widths.iter().map(|&w| "-".repeat(w)).collect();
+                text += &rules.join("  ");
+                text.push('\n');
+            }
+        }
+        text + "\n"
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Table, grouped, percent};
+
+    #[test]
+    fn numbers_are_grouped_and_columns_aligned() {
+        assert_eq!([0, 12, 999, 1000, 1_234_567].map(grouped), ["0", "12", "999", "1 000", "1 234 567"]);
+        assert_eq!((percent(1, 8), percent(1, 0)), ("12.5 %".to_owned(), "-".to_owned()));
+        let mut table = Table::new(&["what", "n", "why"]);
+        table.row(&["a", "1 000", "because"]);
+        assert_eq!(table.end(), "what      n  why\n----  -----  -------\na     1 000  because\n\n");
+    }
 }

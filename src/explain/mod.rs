@@ -204,7 +204,7 @@ pub fn explain(volume: &Volume, scene: &Scene, settings: &Settings, request: &Re
         chosen: 0,
         pixels: records,
         twins,
-        left_out: stats.left_out.iter().map(|(what, why)| [what.clone(), why.clone()]).collect(),
+        left_out: stats.left_out.iter().map(|l| [l.what.clone(), l.told()]).collect(),
         notes,
         fragments: stats.fragments,
         fetches: stats.fetches,

@@ -91,7 +91,7 @@ fn resolved(explanation: &Explanation, volume: &Volume, scene: &Scene, pixel: &P
         offset: explanation.record.offset,
         low: 0.0,
         bounded: scene.method().slab == SlabForm::Exponential,
-        literal: scene.fog().is_some_and(|f| f.weighting() == FogWeighting::Literal),
+        most: if scene.fog().is_some_and(|f| f.weighting() == FogWeighting::Literal) { f32::INFINITY } else { 1.0 },
     };
     let mut batch = Batch::new();
     for c in 0..3 {

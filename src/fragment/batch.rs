@@ -94,6 +94,7 @@ pub(crate) struct PixelBlock {
 }
 
 /// 64 fragments on their way through the stages.
+#[derive(Clone)]
 #[repr(C, align(64))]
 pub(crate) struct Batch {
     /// Index of the slice.
@@ -205,9 +206,9 @@ impl Batch {
 pub(crate) fn spread(rows: u8) -> u64 {
     // Bit r moves to byte r in three steps, and fills it.
     let x = u64::from(rows);
-    let x = (x | x << 28) & 0x0000_000f_0000_000f;
-    let x = (x | x << 14) & 0x0003_0003_0003_0003;
-    let x = (x | x << 7) & 0x0101_0101_0101_0101;
+    let x = (x | (x << 28)) & 0x0000_000f_0000_000f;
+    let x = (x | (x << 14)) & 0x0003_0003_0003_0003;
+    let x = (x | (x << 7)) & 0x0101_0101_0101_0101;
     x * 0xff
 }
 
@@ -215,7 +216,7 @@ pub(crate) fn spread(rows: u8) -> u64 {
 #[inline(always)]
 pub(crate) fn rows_of(lanes: u64) -> u8 {
     const LOW: u64 = 0x7f7f_7f7f_7f7f_7f7f;
-    let highest = ((lanes & LOW) + LOW | lanes) & !LOW;
+    let highest = (((lanes & LOW) + LOW) | lanes) & !LOW;
     // The top bit of byte r moves to bit r of the top byte.
     ((highest >> 7).wrapping_mul(0x0102_0408_1020_4080) >> 56) as u8
 }

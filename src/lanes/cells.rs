@@ -198,8 +198,9 @@ impl CellLoad {
         assert!(self.strides[0] == 1 && self.fits::<L>(offsets, rows, packed.len()), "cell outside the volume");
         let from = packed.as_ptr().wrapping_add(self.base);
         let next = from.wrapping_offset(self.ahead);
-        // SAFETY (of every call): `fits` has shown that base + offset + 1 + dz is inside, so both pairs are inside; the read may be unaligned.
         let quad = |from: *const u16, at: i32| {
+            // SAFETY: `at` is one of the offsets: `fits` has shown that base + at + 1 + dz is inside, so both pairs are; the read may be
+            // unaligned.
             let both = unsafe { from.add(at as usize).cast::<i32>().read_unaligned() };
             if cfg!(target_endian = "big") { both.rotate_left(16) } else { both }
         };
@@ -234,8 +235,8 @@ impl CellLoad {
         let [_, dy, dz] = self.strides;
         let from = voxels.as_ptr().wrapping_add(self.base);
         let next = from.wrapping_offset(self.ahead);
-        // SAFETY (of every call): as in `quads8`, for two 16-bit voxels.
         let pair = |from: *const u16, at: i32| {
+            // SAFETY: as in `quads8`, for two 16-bit voxels and base + at + 1 + dy + dz.
             let both = unsafe { from.add(at as usize).cast::<i32>().read_unaligned() };
             // On a big-endian machine the nearer voxel comes in the high half.
             if cfg!(target_endian = "big") { both.rotate_left(16) } else { both }

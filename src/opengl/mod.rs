@@ -24,6 +24,7 @@ pub(crate) use table::Table;
 pub(crate) use texture::{Texture, TextureKey, Values};
 
 use crate::scene::{OpenGl, Scene};
+use crate::tally::LeftOut;
 use crate::volume::{BoxConvention, Volume};
 use crate::{Error, Result};
 use glam::DVec4;
@@ -63,8 +64,8 @@ pub(crate) fn check_matrix(state: &OpenGl, volume: &Volume) -> Result<()> {
     Ok(())
 }
 
-/// What the pipeline leaves out of a scene, or cannot: (what, why).
-pub(crate) fn left_out(scene: &Scene, state: &OpenGl) -> Vec<(String, String)> {
+/// What the pipeline leaves out of a scene, or cannot.
+pub(crate) fn left_out(scene: &Scene, state: &OpenGl) -> Vec<LeftOut> {
     let mut list = vec![
         ("early termination", "OpenGL draws every slice"),
         ("skipping of empty space", "OpenGL draws every fragment"),
@@ -84,5 +85,5 @@ pub(crate) fn left_out(scene: &Scene, state: &OpenGl) -> Vec<(String, String)> {
     if state.alpha_test.is_none() {
         list.push(("alpha test", "the scene has none"));
     }
-    list.into_iter().map(|(what, why)| (what.to_owned(), why.to_owned())).collect()
+    list.into_iter().map(|(what, why)| LeftOut::uncounted(what, why)).collect()
 }

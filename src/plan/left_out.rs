@@ -1,72 +1,174 @@
-//! What a scene did not need, and why: first from the plan, then from what the frame counted.
+//! What a scene did not need, and why: from the plan first, with the work it saved once the frame has counted.
 
 use super::{BlendKind, Needs};
+use crate::fragment::batch::BATCH;
 use crate::raster::Counters;
 use crate::scene::{FogDistance, Order, Scene};
+use crate::tally::{LeftOut, Tally};
 use crate::volume::{Volume, VoxelType};
 
-/// Stages and checks that are not in the plan.
-pub(crate) fn planned(scene: &Scene, volume: &Volume, needs: &Needs) -> Vec<(String, String)> {
-    let mut list: Vec<(&str, String)> = Vec::new();
+/// How the work saved by something follows from what a frame counted.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Saving {
+    /// No number says it.
+    Unknown,
+    /// So many units in every lane that went through the stages, besides so many that were done.
+    Lanes { saved: u64, done: u64, unit: &'static str },
+    /// All lanes of a slice's batch but one.
+    AllButOne(&'static str),
+    /// The lanes of batches covered by whole slabs.
+    Whole(&'static str),
+    /// So many units in every lookup, besides so many that were done.
+    Lookups { saved: u64, done: u64, unit: &'static str },
+}
+
+/// Something left out by plan.
+#[derive(Debug, Clone)]
+pub(crate) struct Planned {
+    pub(crate) what: String,
+    pub(crate) why: String,
+    saving: Saving,
+}
+
+impl Planned {
+    pub(crate) fn new(what: impl Into<String>, why: impl Into<String>, saving: Saving) -> Self {
+        Self { what: what.into(), why: why.into(), saving }
+    }
+
+    /// With the numbers of a finished picture.
+    pub(crate) fn counted(self, c: &Counters) -> LeftOut {
+        let exits = BATCH as u64 * c.exits;
+        let lanes = c.lanes + exits;
+        let (numbers, unit) = match self.saving {
+            Saving::Unknown => return LeftOut::uncounted(self.what, self.why),
+            Saving::Lanes { saved, done, unit } => ((saved * lanes, (saved + done) * lanes), unit),
+            Saving::AllButOne(unit) => ((c.lanes - (c.batches - c.exits).min(c.lanes), lanes), unit),
+            Saving::Whole(unit) => ((c.whole_lanes, lanes), unit),
+            Saving::Lookups { saved, done, unit } => ((saved * c.fetches, (saved + done) * c.fetches), unit),
+        };
+        LeftOut::counted(self.what, self.why, numbers, unit)
+    }
+}
+
+/// Every lane.
+fn lanes(unit: &'static str) -> Saving {
+    Saving::Lanes { saved: 1, done: 0, unit }
+}
+
+/// Stages and checks that are not in the plan. A lookup loads `loads` numbers for the eight voxels around it.
+pub(crate) fn planned(scene: &Scene, volume: &Volume, needs: &Needs, loads: u64) -> Vec<Planned> {
+    let mut list: Vec<Planned> = Vec::new();
+    let mut add = |what: &str, why: &str, saving: Saving| list.push(Planned::new(what, why, saving));
     let colors = matches!(needs.blend, BlendKind::Over | BlendKind::Add);
     match needs.fog {
-        None if scene.fog().is_none() => list.push(("fog", "the scene has none".into())),
-        None => list.push(("fog", "values are projected, colours are not blended".into())),
+        None if scene.fog().is_none() => add("fog", "the scene has none", lanes("lanes")),
+        None => add("fog", "values are projected, colours are not blended", lanes("lanes")),
         Some(FogDistance::Planar) => {
-            list.push(("fog factor per fragment", "planar fog on view-aligned slices is one number a slice".into()))
+            let why = "planar fog on view-aligned slices is one number a slice";
+            add("fog factor per fragment", why, Saving::AllButOne("factors"));
         }
         Some(FogDistance::Radial) => {}
     }
     if scene.clip_planes().is_empty() {
-        list.push(("clip planes", "the scene has none".into()));
+        add("clip planes", "the scene has none", Saving::Unknown);
     }
-    list.push(("division by q", "texture coordinates are affine on a view-aligned slice".into()));
-    list.push(("gradient and lighting", "the scene has no light".into()));
+    add("division by q", "texture coordinates are affine on a view-aligned slice", lanes("divisions"));
+    add("gradient and lighting", "the scene has no light", Saving::Lanes { saved: 6, done: 1, unit: "lookups" });
     if !colors {
-        list.push(("classification per fragment", "the projected value is classified once a pixel".into()));
-        list.push(("opacity correction", "values are projected, opacities are not".into()));
-    } else if !needs.perspective {
-        list.push((
-            "opacity correction of whole slabs",
-            "parallel rays cross every whole slab at the same length: the table holds it".into(),
-        ));
+        add("classification per fragment", "the projected value is classified once a pixel", lanes("lanes"));
+        add("opacity correction", "values are projected, opacities are not", lanes("lanes"));
+    } else {
+        add("opacity of a slab's thickness", "folded into the table, and colours times opacity with it", lanes("powers"));
+        if !needs.perspective {
+            let why = "parallel rays cross every whole slab at the same length: the table holds it";
+            add("opacity correction of whole slabs", why, Saving::Whole("lanes"));
+        }
+    }
+    if loads < 8 {
+        let why = match loads {
+            2 => "8-bit voxels lie packed with their neighbours: two loads bring all eight",
+            _ => "neighbours along x are loaded together",
+        };
+        add("loads of single voxels", why, Saving::Lookups { saved: 8 - loads, done: loads, unit: "loads" });
     }
     if !needs.guard {
-        let why = if matches!(volume.voxels().voxel_type(), VoxelType::F32 | VoxelType::F64) {
-            "every voxel is finite"
-        } else {
-            "integers are always finite"
-        };
-        list.push(("check for NaN and infinity", why.into()));
+        let floats = matches!(volume.voxels().voxel_type(), VoxelType::F32 | VoxelType::F64);
+        let why = if floats { "every voxel is finite" } else { "integers are always finite" };
+        add("check for NaN and infinity", why, lanes("lanes"));
     }
     if !needs.far {
-        list.push(("64-bit voxel offsets", "a batch spans fewer than 2^24 voxels".into()));
+        add("64-bit voxel offsets", "a batch spans fewer than 2^24 voxels", lanes("offsets"));
     }
     if needs.blend == BlendKind::Over && !needs.terminate {
         let why = if needs.order == Order::BackToFront { "the farthest slice comes first" } else { "terminate = 0" };
-        list.push(("early termination", why.into()));
+        add("early termination", why, Saving::Unknown);
     }
     if !needs.skip {
         let why = if colors { "literal fog lights up empty slices too" } else { "every value counts in this projection" };
-        list.push(("skipping of empty space", why.into()));
+        add("skipping of empty space", why, Saving::Unknown);
     }
-    list.into_iter().map(|(what, why)| (what.to_owned(), why)).collect()
+    list
 }
 
-/// Work that the frame passed over, in numbers.
-pub(crate) fn counted(c: &Counters, visible_share: Option<f64>, blocks: u64) -> Vec<(String, String)> {
-    let mut list = Vec::new();
-    let all = c.batches + c.empty + c.finished;
-    let percent = |n: u64, of: u64| 100.0 * n as f64 / (of.max(1)) as f64;
-    let mut note = |what: &str, n: u64, of: u64, why: String| {
-        if n > 0 {
-            list.push((what.to_owned(), format!("{n} of {of} ({:.1} %): {why}", percent(n, of))));
-        }
-    };
+/// The numbers of `frames` frames.
+pub(crate) fn tally(c: &Counters, frames: u64) -> Tally {
+    Tally {
+        frames,
+        fragments: c.fragments,
+        corners: c.corners,
+        looked_up: c.looked_up,
+        // Counting these one by one would cost more than passing over them.
+        empty: (c.fragments + c.corners).saturating_sub(c.looked_up + c.finished_fragments),
+        finished: c.finished_fragments,
+        beside: c.lanes - c.looked_up,
+        between: c.fetches - c.lanes,
+        hidden: c.hidden,
+        lanes: c.lanes + BATCH as u64 * c.exits,
+        batches: c.batches,
+        whole_batches: c.whole,
+        empty_batches: c.empty,
+        finished_batches: c.finished,
+        blocks: c.blocks,
+        missed_blocks: c.missed_blocks,
+    }
+}
+
+/// Work that the picture passed over.
+pub(crate) fn passed_over(t: &Tally, visible_share: Option<f64>) -> Vec<LeftOut> {
+    let all = t.batches + t.empty_batches + t.finished_batches;
     let share = visible_share.map_or(String::new(), |s| format!(" ({:.1} % of all bricks show)", 100.0 * s));
-    note("empty batches", c.empty, all, format!("the transfer function shows nothing in their bricks{share}"));
-    note("finished batches", c.finished, all, "their pixels let no more light through, or have left the box".into());
-    note("coverage and masking of batches", c.whole, c.batches, "every pixel is covered by a whole slab".into());
-    note("blocks of 8 x 8 pixels", c.missed_blocks, blocks, "no slice covers any of their pixels".into());
-    list
+    let list = [
+        LeftOut::counted(
+            "empty batches",
+            format!("the transfer function shows nothing in their bricks{share}"),
+            (t.empty_batches, all),
+            "batches",
+        ),
+        LeftOut::counted(
+            "finished batches",
+            "their pixels let no more light through, or have left the box",
+            (t.finished_batches, all),
+            "batches",
+        ),
+        LeftOut::counted(
+            "rows of 8 pixels",
+            "every pixel in them is finished, or not covered",
+            (BATCH as u64 * t.batches - t.lanes, BATCH as u64 * t.batches),
+            "lanes",
+        ),
+        LeftOut::counted(
+            "classification and blending of rows",
+            "nothing shows at the values looked up in them",
+            (t.hidden, t.lanes),
+            "lanes",
+        ),
+        LeftOut::counted(
+            "coverage and masking of batches",
+            "every pixel is covered by a whole slab",
+            (t.whole_batches, t.batches),
+            "batches",
+        ),
+        LeftOut::counted("blocks of 8 x 8 pixels", "no slice covers any of their pixels", (t.missed_blocks, t.blocks), "blocks"),
+    ];
+    list.into_iter().filter(|l| l.saved.is_some_and(|s| s.count > 0)).collect()
 }

@@ -6,13 +6,14 @@ mod pairs;
 mod table;
 
 pub(crate) use classes::Classes;
-pub(crate) use left_out::{counted, planned};
+pub(crate) use left_out::{Planned, Saving, passed_over, planned, tally};
 use pairs::Pairs;
 use table::Layout;
 pub(crate) use table::Slab;
 
 use crate::fragment::*;
 use crate::lanes::{Level, ToF32};
+use crate::lean::{LEAN, extra};
 use crate::proxy::Stack;
 use crate::raster::PairWork;
 use crate::scene::{Accumulation, Blend, Classification, Filter, Fog, FogDistance, FogWeighting, Method, Order, Scene, SlabForm, Target};
@@ -120,7 +121,7 @@ impl Needs {
             Blend::Iso { .. } => BlendKind::Iso,
         };
         let colors = matches!(blend, BlendKind::Over | BlendKind::Add);
-        let fog = scene.fog().filter(|_| colors);
+        let fog = extra(scene.fog()).filter(|_| colors);
         let literal = fog.is_some_and(|f| f.weighting() == FogWeighting::Literal);
         let method = method(scene);
         // Values before and behind a slab come in the order of the ray.
@@ -158,8 +159,8 @@ impl Needs {
         let nearest = self.method.filter == Filter::Nearest;
         let before = self.method.classification == Classification::Pre && !nearest;
         middle.push(stage("fetch", self.fetch(volume, packed, scaling, level)));
-        let pairs = self.method.is_pre_integrated() && colors;
-        if self.guard && !before && !pairs {
+        let pairs = self.method.is_pre_integrated() && colors && !LEAN;
+        if self.guard && !before && !pairs && !LEAN {
             middle.push(stage("guard", level.kernel::<Guard, _, _>()));
         }
         if pairs {
@@ -175,7 +176,7 @@ impl Needs {
                 },
             ));
         }
-        let fog: Option<Stage<'v>> = self.fog.map(|distance| {
+        let fog: Option<Stage<'v>> = extra(self.fog).map(|distance| {
             stage(
                 "fog",
                 match distance {
@@ -242,6 +243,17 @@ impl Needs {
             (true, false, true) => level.kernel::<ClassifyPair<true, false, true>, _, _>(),
             (true, true, false) => level.kernel::<ClassifyPair<true, true, false>, _, _>(),
             (true, true, true) => level.kernel::<ClassifyPair<true, true, true>, _, _>(),
+        }
+    }
+
+    /// Loads of a lookup for the eight voxels around it.
+    pub(crate) fn loads(&self, volume: &Volume, packed: bool, scaling: &Scaling) -> u64 {
+        let pairs = !self.far && scaling.to_f32.is_none() && volume.grid().dims()[0] > 1;
+        let linear = self.method.filter == Filter::Linear && self.method.classification != Classification::Pre;
+        match volume.voxels().voxel_type().bytes() {
+            1 if pairs && linear && packed => 2,
+            1 | 2 if pairs && linear => 4,
+            _ => 8,
         }
     }
 

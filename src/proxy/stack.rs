@@ -7,6 +7,7 @@
 //! ```
 
 use super::polygon::{Edge, SlicePolygon};
+use crate::lean::extra;
 use crate::scene::{ClipPlane, View};
 use crate::volume::Grid;
 use glam::DVec3;
@@ -96,7 +97,7 @@ impl Stack {
             half_spaces.push(HalfSpace { a: f.a - lo[axis], ..f });
             half_spaces.push(HalfSpace { a: hi[axis] - f.a, b: -f.b, c: -f.c, g: -f.g });
         }
-        half_spaces.extend(clip_planes.iter().map(|p| compose(p.normal(), -p.offset())));
+        half_spaces.extend(extra(Some(clip_planes)).into_iter().flatten().map(|p| compose(p.normal(), -p.offset())));
         let (near, far, spacing, count) = match Self::depth_range(grid, view) {
             Some((near, far)) => (near, far, (far - near) / count as f64, count),
             None => (0.0, 0.0, 0.0, 0),

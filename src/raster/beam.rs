@@ -9,6 +9,7 @@ mod ends;
 use crate::fragment::PixelBlock;
 use crate::fragment::batch::{BATCH, SIDE};
 use crate::lanes::Level;
+use crate::lean::LEAN;
 use crate::proxy::Stack;
 pub(crate) use ends::Spans;
 use ends::{Crossings, RayEnds};
@@ -69,10 +70,12 @@ pub(crate) struct BlockRange {
     pub(crate) last_first: i64,
     /// Fragments the block's slices leave in all.
     pub(crate) fragments: u64,
+    /// Pieces of rays that cross a corner of the box between two slices.
+    pub(crate) corners: u64,
 }
 
 impl BlockRange {
-    const NONE: Self = Self { any: (1, 0), whole: (1, 0), last_first: i64::MIN, fragments: 0 };
+    const NONE: Self = Self { any: (1, 0), whole: (1, 0), last_first: i64::MIN, fragments: 0, corners: 0 };
 }
 
 impl<'s> Beams<'s> {
@@ -89,7 +92,7 @@ impl<'s> Beams<'s> {
                 Side { a: s.a, b: s.b, c: s.c, g: s.g, error: size * 1e-14 }
             })
             .collect();
-        Self { stack, sides, radial, outer, ends: level.kernel::<RayEnds, _, _>() }
+        Self { stack, sides, radial: radial && !LEAN, outer, ends: level.kernel::<RayEnds, _, _>() }
     }
 
     /// Fills `pixels` for the block whose first pixel is (x0,y0). Bit i of `inside` tells whether lane i belongs to the picture and tile.
@@ -111,6 +114,7 @@ impl<'s> Beams<'s> {
         let count = self.stack.count as i64;
         let Spans { first, last, mut fragments, mut covered, close: mut open } = pixels.spans;
         let (mut first, mut last) = (wide(first), wide(last));
+        let mut corners = 0;
         // What the kernel leaves open is settled ray by ray.
         while open != 0 {
             let i = open.trailing_zeros() as usize;
@@ -136,7 +140,9 @@ impl<'s> Beams<'s> {
             if ray.doubt {
                 pixels.doubt |= 1 << i;
                 fragments += (f..=l).filter(|&k| self.stack.covers(k as u64, x, y)).count() as u64;
-            } else if !ray.corner {
+            } else if ray.corner {
+                corners += 1;
+            } else {
                 fragments += (l - f + 1) as u64;
             }
         }
@@ -146,7 +152,7 @@ impl<'s> Beams<'s> {
         self.plane(x0, y0, pixels);
         let ends = if self.outer.whole() { (first.1, last.0) } else { (first.1 + 1, last.0 - i64::from(!self.outer.between())) };
         let whole = if covered == u64::MAX && pixels.doubt == 0 { ends } else { BlockRange::NONE.whole };
-        BlockRange { any: (first.0, last.1), whole, last_first: first.1, fragments }
+        BlockRange { any: (first.0, last.1), whole, last_first: first.1, fragments, corners }
     }
 
     /// Lengths of the outermost pieces of a ray whose first and last slices are `first` and `last`.

@@ -4,9 +4,10 @@ use super::beam::{Beams, BlockRange, Outer};
 use super::occupancy::{Content, Occupancy};
 use super::pairs::{Kept, PairWork};
 use super::watch::Watch;
-use crate::fragment::batch::{BATCH, SIDE, rows_of};
+use crate::fragment::batch::{BATCH, SIDE, rows_of, spread};
 use crate::fragment::{Batch, Frame, Stage};
 use crate::lanes::Level;
+use crate::lean::extra;
 use crate::proxy::Stack;
 use crate::scene::{Fog, Order};
 
@@ -63,6 +64,22 @@ pub(crate) struct Counters {
     pub(crate) missed_blocks: u64,
     /// Batches without the stages for partial coverage.
     pub(crate) whole: u64,
+    /// Pieces of rays between two slices, which no polygon covers.
+    pub(crate) corners: u64,
+    /// Fragments and such pieces in batches that went through the stages.
+    pub(crate) looked_up: u64,
+    /// Fragments and such pieces in batches passed over because their pixels were finished.
+    pub(crate) finished_fragments: u64,
+    /// Batches behind the last slices, whose lookups are counted apart.
+    pub(crate) exits: u64,
+    /// Blocks looked at.
+    pub(crate) blocks: u64,
+    /// Lanes of slices' batches that went through the stages: 8 a row.
+    pub(crate) lanes: u64,
+    /// Lanes, of those, in batches without the stages for partial coverage.
+    pub(crate) whole_lanes: u64,
+    /// Lanes, of those, in rows in which nothing shows: looked up, and no more.
+    pub(crate) hidden: u64,
 }
 
 impl Counters {
@@ -74,6 +91,25 @@ impl Counters {
         self.finished += other.finished;
         self.missed_blocks += other.missed_blocks;
         self.whole += other.whole;
+        self.corners += other.corners;
+        self.looked_up += other.looked_up;
+        self.finished_fragments += other.finished_fragments;
+        self.exits += other.exits;
+        self.blocks += other.blocks;
+        self.lanes += other.lanes;
+        self.whole_lanes += other.whole_lanes;
+        self.hidden += other.hidden;
+    }
+
+    /// A slice's batch goes through the stages.
+    fn lanes(&mut self, batch: &Batch) {
+        let lanes = u64::from(batch.rows.count_ones()) * SIDE as u64;
+        let inside = spread(batch.rows);
+        self.lanes += lanes;
+        self.fetches += lanes;
+        self.looked_up += u64::from((batch.mask & inside).count_ones());
+        // Rows are left out when their pixels are all finished.
+        self.finished_fragments += u64::from((batch.mask & !inside).count_ones());
     }
 }
 
@@ -157,6 +193,7 @@ impl Placing {
     }
 
     /// Sets where the batch's fragments lie at depth `d`, relative to a base voxel below all of them.
+    #[inline(always)]
     pub(super) fn place(&self, d: f64, frame: &Frame<'_>, batch: &mut Batch) {
         let scale = self.scale(d);
         let mut base = 0;
@@ -210,7 +247,9 @@ pub(crate) fn render<W: Watch>(
     watch: &mut W,
 ) -> Outcome {
     let range = beams.block(x0, y0, inside, &mut batch.pixels);
+    counters.blocks += 1;
     counters.fragments += range.fragments;
+    counters.corners += range.corners;
     if range.any.0 > range.any.1 {
         counters.missed_blocks += 1;
         return Outcome::Missed;
@@ -243,12 +282,16 @@ pub(crate) fn render<W: Watch>(
     watch.block(work.stack, x0, y0, batch);
     let slices = watch.slices(range.any.0..range.any.1 + 1);
     let window = (f64::from(x0) + 0.5, f64::from(y0) + 0.5);
-    let mut march = March { work, range, placing, batch, counters, watch, whole_lengths: true, window, kept: Kept::default() };
+    let mut march = March { work, range, placing, batch, counters, watch, whole_lengths: true, window, kept: Kept::default(), ended: None };
     if !slices.is_empty() {
         march.slices(slices.start, slices.end, looked);
         // A part of the slices leaves the way to the rays' exits for later.
-        if let (Some(pairs), true) = (&work.pairs, slices.end > range.any.1) {
+        if let (Some(pairs), true) = (extra(work.pairs.as_ref()), slices.end > range.any.1) {
             march.after_pairs(pairs);
+        }
+        if let Some(k) = march.ended {
+            march.counters.finished_fragments +=
+                if work.order == Order::FrontToBack { march.covered(k + 1, slices.end) } else { march.covered(slices.start, k) };
         }
     }
     watch.done(batch);
@@ -268,6 +311,8 @@ pub(super) struct March<'m, 'f, 'v, W> {
     /// Window position of the first pixel's centre.
     pub(super) window: (f64, f64),
     pub(super) kept: Kept,
+    /// The slice after which every pixel was finished.
+    ended: Option<i64>,
 }
 
 impl<'v, W: Watch> March<'_, '_, 'v, W> {
@@ -296,9 +341,11 @@ impl<'v, W: Watch> March<'_, '_, 'v, W> {
         }
         let mut k = from;
         while k < to {
-            self.slice(if self.work.order == Order::FrontToBack { k } else { from + to - 1 - k });
+            let slice = if self.work.order == Order::FrontToBack { k } else { from + to - 1 - k };
+            self.slice(slice);
             k += 1;
             if self.batch.pixels.alive == 0 {
+                self.ended = Some(slice);
                 self.counters.finished += (to - k) as u64;
                 let (from, to) = if self.work.order == Order::FrontToBack { (k, to) } else { (from, from + to - k) };
                 self.watch.skipped(from, to, true);
@@ -318,14 +365,37 @@ impl<'v, W: Watch> March<'_, '_, 'v, W> {
         occupancy.content(lo, hi)
     }
 
+    /// Fragments of slices `from..to`.
+    fn covered(&self, from: i64, to: i64) -> u64 {
+        let pixels = &self.batch.pixels;
+        let mut count = 0;
+        for i in 0..BATCH {
+            let (first, last) = (i64::from(pixels.first[i]).max(from), i64::from(pixels.last[i]).min(to - 1));
+            if pixels.doubt >> i & 1 == 0 {
+                count += (last - first + 1).max(0) as u64;
+            } else {
+                let (x, y) = (self.window.0 + (i % SIDE) as f64, self.window.1 + (i / SIDE) as f64);
+                count += (first..=last).filter(|&k| self.work.stack.covers(k as u64, x, y)).count() as u64;
+            }
+        }
+        count
+    }
+
     /// Rows in which a pixel still takes light. Onlookers see all of them.
     pub(super) fn live_rows(&self) -> u8 {
         if W::SEES { u8::MAX } else { rows_of(self.batch.pixels.alive) }
     }
 
+    /// Rows with pixels that the batch's slice covers; sets the batch's mask and lengths.
+    pub(super) fn covered_rows(&mut self) -> u8 {
+        (self.work.span.run)(self.work.frame, self.batch);
+        self.whole_lengths = false;
+        rows_of(self.batch.mask)
+    }
+
     /// One slice through the stages.
     fn slice(&mut self, k: i64) {
-        if let Some(pairs) = &self.work.pairs {
+        if let Some(pairs) = extra(self.work.pairs.as_ref()) {
             self.before_pair(k, pairs);
         }
         let sampled = self.work.sampled(k);
@@ -335,7 +405,7 @@ impl<'v, W: Watch> March<'_, '_, 'v, W> {
         let depth = work.stack.near + (k as f64 + if work.outer.between() { 0.0 } else { 0.5 }) * work.stack.spacing;
         batch.slice = k as i32;
         batch.depth = depth as f32;
-        if let Some(fog) = work.fog {
+        if let Some(fog) = extra(work.fog) {
             batch.fog = fog.factor(depth) as f32;
         }
         self.counters.batches += 1;
@@ -344,7 +414,8 @@ impl<'v, W: Watch> March<'_, '_, 'v, W> {
             self.watch.slice(work.frame, batch);
             self.counters.whole += 1;
             (batch.mask, batch.rows, batch.shown) = (u64::MAX, live, live);
-            self.counters.fetches += u64::from(live.count_ones()) * SIDE as u64;
+            self.counters.whole_lanes += u64::from(live.count_ones()) * SIDE as u64;
+            self.counters.lanes(batch);
             if !self.whole_lengths {
                 batch.length = batch.pixels.slant;
                 self.whole_lengths = true;
@@ -353,6 +424,7 @@ impl<'v, W: Watch> March<'_, '_, 'v, W> {
                 (stage.run)(work.frame, batch);
                 self.watch.stage(stage.name, work.frame, batch);
             }
+            self.counters.hidden += u64::from((live & !batch.shown).count_ones()) * SIDE as u64;
             return;
         }
         self.watch.slice(work.frame, batch);
@@ -373,14 +445,15 @@ impl<'v, W: Watch> March<'_, '_, 'v, W> {
             }
         }
         self.watch.stage(work.span.name, work.frame, batch);
+        self.counters.lanes(batch);
         if rows == 0 {
             return;
         }
-        self.counters.fetches += u64::from(rows.count_ones()) * SIDE as u64;
         self.placing.place(sampled, work.frame, batch);
         for stage in &work.partial {
             (stage.run)(work.frame, batch);
             self.watch.stage(stage.name, work.frame, batch);
         }
+        self.counters.hidden += u64::from((rows & !batch.shown).count_ones()) * SIDE as u64;
     }
 }

@@ -11,6 +11,7 @@ use super::block::{March, Placing};
 use super::watch::Watch;
 use crate::fragment::batch::{BATCH, SIDE};
 use crate::fragment::{BEHIND, Batch, Frame, Stage};
+use crate::lean::extra;
 use std::array;
 
 /// Stages of the lookups besides the slices'.
@@ -101,8 +102,10 @@ impl<'v, W: Watch> March<'_, '_, 'v, W> {
         for j in from..k {
             self.batch.slice = j as i32;
             self.placing.place(self.work.sampled(j), self.work.frame, self.batch);
-            self.batch.rows = live;
-            self.counters.fetches += u64::from(live.count_ones()) * SIDE as u64;
+            // Rays that have not begun need nothing from before.
+            let rows = if j >= self.range.whole.0 && j <= self.range.whole.1 { live } else { live & self.covered_rows() };
+            self.batch.rows = rows;
+            self.counters.fetches += u64::from(rows.count_ones()) * SIDE as u64;
             for stage in &work.keep {
                 (stage.run)(self.work.frame, self.batch);
             }
@@ -143,7 +146,7 @@ impl<'v, W: Watch> March<'_, '_, 'v, W> {
             let (x, y) = (self.window.0 + (i % SIDE) as f64, self.window.1 + (i / SIDE) as f64);
             let sure = self.batch.pixels.doubt >> i & 1 == 0;
             mask |= u64::from(first <= last && (sure || self.work.stack.covers(last as u64, x, y))) << i;
-            if let Some(fog) = self.work.fog {
+            if let Some(fog) = extra(self.work.fog) {
                 let middle = 0.5 * (lasts[i] + exits[i]);
                 let along = middle * f64::from(self.batch.pixels.slant[i]);
                 let z = if self.work.radial { (along * along + f64::from(self.batch.pixels.plane_squared[i])).sqrt() } else { middle };
@@ -155,6 +158,7 @@ impl<'v, W: Watch> March<'_, '_, 'v, W> {
         (self.batch.rows, self.batch.shown) = (u8::MAX, u8::MAX);
         self.batch.slice = BEHIND;
         self.counters.batches += 1;
+        self.counters.exits += 1;
         self.watch.slice(frame, self.batch);
         for stage in &work.exit {
             (stage.run)(frame, self.batch);

@@ -23,8 +23,8 @@ pub(crate) struct Resolve<'f> {
     pub(crate) low: f64,
     /// Whether slabs keep what is gathered between 0 and 1.
     pub(crate) bounded: bool,
-    /// Whether fog is added whatever a fragment's opacity: sums may then rightly pass 1.
-    pub(crate) literal: bool,
+    /// What sums of such slabs may come to: 1, or anything where fog is added whatever a fragment's opacity.
+    pub(crate) most: f32,
 }
 
 impl Resolve<'_> {
@@ -44,7 +44,7 @@ impl Resolve<'_> {
 
     /// Colours of a row of pixels: of a block's pixel `i` and those to its right, at (x,y) of the picture.
     pub(crate) fn row(&self, pixels: &PixelBlock, i: usize, out: &mut [[f32; 4]], x: usize, y: usize) {
-        if self.blend != Blend::Over || !self.bounded || self.literal {
+        if self.blend != Blend::Over || !self.bounded {
             for (n, out) in out.iter_mut().enumerate() {
                 *out = self.pixel(pixels, i + n, x + n, y);
             }
@@ -58,7 +58,7 @@ impl Resolve<'_> {
             let (front, t) = ([c0[n], c1[n], c2[n], 1.0], pixels.transmittance[i + n]);
             for (c, out) in out.iter_mut().enumerate() {
                 let sum = front[c] + t * back[c];
-                *out = if sum > 1.0 { 1.0 } else { sum };
+                *out = if sum > self.most { self.most } else { sum };
             }
         }
     }
@@ -69,7 +69,9 @@ impl Resolve<'_> {
         let t = pixels.transmittance[i];
         let front = match self.blend {
             // Weights add up to 1, and roundings to a hair more.
-            Blend::Over if self.bounded => return self.over([c0, c1, c2], t).map(|c| if c > 1.0 && !self.literal { 1.0 } else { c }),
+            Blend::Over if self.bounded => {
+                return self.over([c0, c1, c2], t).map(|c| if c > self.most { self.most } else { c });
+            }
             // Sums that grow without bound end at the largest number there is.
             Blend::Over => return self.over([c0, c1, c2], t).map(|c| if c.is_nan() { 0.0 } else { c.clamp(f32::MIN, f32::MAX) }),
             Blend::Add => {

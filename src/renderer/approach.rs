@@ -3,6 +3,7 @@
 use super::Renderer;
 use super::frame::{Finished, Shot};
 use super::refine;
+use crate::plan::{Planned, Saving};
 use crate::proxy::Stack;
 use crate::raster::{BlockMask, Watch};
 use crate::scene::{Blend, Classification, MAX_SLICES, Method};
@@ -64,8 +65,11 @@ impl Renderer<'_> {
         shot.clock = again.clock;
         shot.watch.merge(again.watch);
         let (mut done, error) = found?.ok_or_else(|| Error::invalid("a picture without a frame"))?;
-        done.planned
-            .push(("midpoint slabs".to_owned(), "pre-integrated ones of second order leave much smaller differences here".to_owned()));
+        done.planned.push(Planned::new(
+            "midpoint slabs",
+            "pre-integrated ones of second order leave much smaller differences here",
+            Saving::Unknown,
+        ));
         Ok((done, error))
     }
 
@@ -117,11 +121,12 @@ impl Renderer<'_> {
         let Some((mut done, reached)) = done.zip(reached) else { return Ok(None) };
         if tried.into_inner() {
             let why = "tried on some blocks: their differences are not so much smaller that they pay";
-            done.planned.push(("pre-integrated slabs of second order".to_owned(), why.to_owned()));
+            done.planned.push(Planned::new("pre-integrated slabs of second order", why, Saving::Unknown));
         }
         let all: usize = reached.levels.iter().map(|l| l.1).sum();
         let levels: Vec<String> = reached.levels.iter().map(|(slices, blocks)| format!("{blocks} in {slices}")).collect();
-        done.planned.push(("finer slices where coarse ones do".to_owned(), format!("of {all} blocks: {} slices", levels.join(", "))));
+        let why = format!("of {all} blocks: {} slices", levels.join(", "));
+        done.planned.push(Planned::new("finer slices where coarse ones do", why, Saving::Unknown));
         Ok(Some((done, reached.error)))
     }
 }

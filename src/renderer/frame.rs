@@ -2,11 +2,14 @@
 
 use super::{Renderer, tile_side};
 use crate::fragment::{Frame, FrameFog};
-use crate::lanes::LookupTable;
-use crate::plan::{self, Classes, Needs, Scaling, Slab};
+use crate::lanes::{Level, LookupTable};
+use crate::plan::{self, Classes, Needs, Planned, Scaling, Slab, Stages};
 use crate::proxy::Stack;
 use crate::raster::{BlockMask, Counters, Occupancy, Outer, Resolve, Watch, Work, render_tiles};
-use crate::scene::{Blend, Ends, Fog, FogDistance, FogWeighting, Method, Premultiplied, SampleAt, Scene, SlabForm, TransferFunction, View};
+use crate::scene::{
+    Blend, Ends, Fog, FogDistance, FogWeighting, Method, Premultiplied, SampleAt, Scene, SlabForm, Slicing, TransferFunction, View,
+};
+use crate::tally::{LeftOut, Tally};
 use crate::volume::bricks::Bricks;
 use crate::volume::packed::Packed;
 use crate::{Error, Result, Volume};
@@ -56,9 +59,10 @@ impl Renderer<'_> {
     ) -> Result<Finished> {
         let (scene, view) = (shot.scene, &shot.view);
         let volume = self.volume;
-        let Some(VolumeData { bricks, packed, scaling }) = &self.volume_data else {
+        let Some(prepared) = &self.volume_data else {
             return Err(Error::invalid("a frame before the volume is prepared"));
         };
+        let VolumeData { bricks, scaling, .. } = prepared;
         let stack = Stack::new(volume.grid(), view, scene.clip_planes(), count);
         let transfer_data = shot.clock.prepare(|| {
             let unit = scene.opacity_unit().unwrap_or_else(|| volume.grid().smallest_spacing());
@@ -76,14 +80,11 @@ impl Renderer<'_> {
             list.truncate(KEPT);
             &list[0]
         });
-        let (mut frame, split) = make_frame(scene, volume, packed.as_ref(), scaling, transfer_data, terminate);
-        let needs = Needs::new(scene, &stack, bricks, (split, frame.fine.is_some()), terminate);
-        frame.far = needs.far;
+        let Parts { mut frame, needs, stages } = Parts::new(scene, volume, prepared, transfer_data, &stack, terminate, self.level);
         // Where empty slices count, or are looked at, all rows do.
         if needs.skip && !W::SEES {
             frame.clear = clear(transfer_data);
         }
-        let stages = needs.stages(volume, packed.is_some(), scaling, self.level);
         let work = Work {
             frame: &frame,
             stack: &stack,
@@ -115,7 +116,7 @@ impl Renderer<'_> {
             offset: scaling.offset,
             low: f64::from(frame.table_low),
             bounded: needs.method.slab == SlabForm::Exponential,
-            literal: scene.fog().is_some_and(|f| f.weighting() == FogWeighting::Literal),
+            most: if scene.fog().is_some_and(|f| f.weighting() == FogWeighting::Literal) { f32::INFINITY } else { 1.0 },
         };
         let mut counters = Counters::default();
         if stack.is_empty() {
@@ -126,17 +127,56 @@ impl Renderer<'_> {
             (counters, seen) = render_tiles(&work, &resolve, tile, pixels, blocks, self.settings.progress.as_deref(), &shot.watch)?;
             shot.watch.merge(seen);
         }
-        let planned = plan::planned(scene, volume, &needs);
+        let loads = needs.loads(volume, prepared.packed.is_some(), scaling);
+        let planned = plan::planned(scene, volume, &needs, loads);
         let visible_share = needs.skip.then(|| transfer_data.occupancy.share());
-        Ok(Finished { counters, slices: stack.count, planned, method: scene.method(), visible_share })
+        Ok(Finished { counters, frames: 1, slices: stack.count, planned, method: scene.method(), visible_share })
+    }
+}
+
+/// What batches of a frame go through, and by which constants.
+pub(crate) struct Parts<'v> {
+    pub(crate) frame: Frame<'v>,
+    pub(crate) needs: Needs,
+    pub(crate) stages: Stages<'v>,
+}
+
+impl<'v> Parts<'v> {
+    fn new(
+        scene: &Scene,
+        volume: &'v Volume,
+        VolumeData { bricks, packed, scaling }: &'v VolumeData,
+        transfer_data: &TransferData,
+        stack: &Stack,
+        terminate: f32,
+        level: Level,
+    ) -> Self {
+        let (mut frame, split) = make_frame(scene, volume, packed.as_ref(), scaling, transfer_data, terminate);
+        let needs = Needs::new(scene, stack, bricks, (split, frame.fine.is_some()), terminate);
+        frame.far = needs.far;
+        let stages = needs.stages(volume, packed.is_some(), scaling, level);
+        Self { frame, needs, stages }
+    }
+}
+
+impl Renderer<'_> {
+    /// The parts of the frame of `scene` that was rendered last.
+    pub(crate) fn parts(&self, scene: &Scene) -> Option<Parts<'_>> {
+        let Slicing::Count(count) = scene.slicing() else { return None };
+        let (width, height) = scene.size();
+        let view = scene.camera().resolve(self.volume.grid(), width, height).ok()?;
+        let stack = Stack::new(self.volume.grid(), &view, scene.clip_planes(), count);
+        let transfer_data = self.transfer_data.first()?;
+        Some(Parts::new(scene, self.volume, self.volume_data.as_ref()?, transfer_data, &stack, scene.terminate(), self.level))
     }
 }
 
 /// What a frame took, or several frames that make up one picture.
 pub(super) struct Finished {
     pub(super) counters: Counters,
+    pub(super) frames: u64,
     pub(super) slices: u64,
-    pub(super) planned: Vec<(String, String)>,
+    pub(super) planned: Vec<Planned>,
     /// How its rays were integrated.
     pub(super) method: Method,
     visible_share: Option<f64>,
@@ -145,21 +185,26 @@ pub(super) struct Finished {
 impl Finished {
     /// Adds a further frame of the same picture.
     pub(super) fn add(&mut self, other: &Self) {
-        self.counters.add(&other.counters);
+        self.cost(other);
         self.slices = self.slices.max(other.slices);
     }
 
     /// Adds what another frame took that is not part of the picture.
     pub(super) fn cost(&mut self, other: &Self) {
         self.counters.add(&other.counters);
+        self.frames += other.frames;
     }
 
-    /// Everything that was left out of a picture of `width` x `height` pixels.
-    pub(super) fn left_out(&mut self, width: u32, height: u32) -> Vec<(String, String)> {
-        let blocks = u64::from(width.div_ceil(8)) * u64::from(height.div_ceil(8));
-        let mut list = std::mem::take(&mut self.planned);
-        list.extend(plan::counted(&self.counters, self.visible_share, blocks));
-        list
+    /// Where the work went.
+    pub(super) fn tally(&self) -> Tally {
+        plan::tally(&self.counters, self.frames)
+    }
+
+    /// Everything that was left out of the picture.
+    pub(super) fn left_out(&mut self) -> Vec<LeftOut> {
+        let tally = self.tally();
+        let planned = std::mem::take(&mut self.planned).into_iter();
+        planned.map(|p| p.counted(&self.counters)).chain(plan::passed_over(&tally, self.visible_share)).collect()
     }
 }
 

@@ -11,9 +11,11 @@ use crate::plan::Scaling;
 use crate::proxy::Stack;
 use crate::raster::Watch;
 use crate::scene::{MAX_SLICES, Method, Scene, Slicing, View};
+use crate::tally::{LeftOut, Tally};
 use crate::target::Picture;
 use crate::volume::packed::Packed;
 use crate::{Error, Result, Settings, Volume};
+pub(crate) use frame::Parts;
 #[cfg(feature = "explain")]
 pub(crate) use frame::start_values;
 use frame::{Clock, Shot, TransferData, VolumeData};
@@ -44,8 +46,10 @@ pub struct RenderStats {
     pub threads: usize,
     /// Name of the vector level.
     pub simd: &'static str,
-    /// Stages and work that this scene did not need: (what, why).
-    pub left_out: Vec<(String, String)>,
+    /// Where fragments and lookups went.
+    pub tally: Tally,
+    /// Stages and work that this scene did not need, why, and what that saved.
+    pub left_out: Vec<LeftOut>,
     /// The RMS error of the colours as estimated, where the scene asked for a tolerance.
     pub error_estimate: Option<f64>,
     /// Voxels that are NaN or infinite: they are transparent.
@@ -121,6 +125,7 @@ impl<'v> Renderer<'v> {
                 VolumeData { bricks, packed, scaling }
             });
         });
+        crate::lean::check(scene, self.volume_data.as_ref().map_or(0, |d| d.bricks.non_finite))?;
         let (width, height) = scene.size();
         let view = scene.camera().resolve(volume.grid(), width, height)?;
         let mut warnings = Vec::new();
@@ -164,7 +169,8 @@ impl<'v> Renderer<'v> {
             fetches: done.counters.fetches,
             threads: rayon::current_num_threads(),
             simd: self.level.name(),
-            left_out: done.left_out(width, height),
+            tally: done.tally(),
+            left_out: done.left_out(),
             error_estimate: estimate.take(),
             non_finite_voxels: non_finite,
             warnings,

@@ -5,6 +5,7 @@ use super::{RenderStats, Renderer, canvas, slice_count, tile_side};
 use crate::opengl;
 use crate::proxy::Stack;
 use crate::scene::{Classification, Equation, Factor, FogWeighting, OpenGl, Scene, Slicing, TableColors};
+use crate::tally::Tally;
 use crate::target::Picture;
 use crate::{Error, Result};
 
@@ -81,6 +82,7 @@ impl Renderer<'_> {
             fetches: fragments,
             threads: rayon::current_num_threads(),
             simd: "scalar",
+            tally: Tally { frames: 1, fragments, looked_up: fragments, ..Tally::default() },
             left_out: opengl::left_out(scene, state),
             error_estimate: None,
             non_finite_voxels: non_finite,

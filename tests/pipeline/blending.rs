@@ -38,7 +38,7 @@ fn early_termination_costs_no_more_than_its_threshold() {
         let (some, stats) = render(&volume, &scene.with_terminate(threshold).unwrap());
         let worst = all.pixels().iter().zip(some.pixels()).flat_map(|(a, b)| (0..4).map(|c| (a[c] - b[c]).abs())).fold(0.0, f32::max);
         assert!(worst > 0.0 && worst <= threshold, "{worst} at threshold {threshold}");
-        assert!(stats.left_out.iter().any(|(what, _)| what == "finished batches"));
+        assert!(stats.left_out.iter().any(|l| l.what == "finished batches"));
     }
 }
 

@@ -11,6 +11,7 @@ mod methods;
 mod oracle;
 mod projections;
 mod skipping;
+mod tally;
 
 use glam::{DMat3, DQuat, DVec3};
 use slicestack::scene::{Camera, Placement, Projection, TransferFunction};

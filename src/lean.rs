@@ -1,0 +1,25 @@
+//! A build without what a plain scene does not need, to measure what the default build pays for having it: `--cfg slicestack_lean`.
+//!
+//! Such a build has no fog, no clip planes, no slabs between slices and no check for voxels that are no numbers, neither as stages nor
+//! as questions asked on the way; it refuses scenes that want them. It is for `.ci/instructions.py` and for nobody else.
+
+use crate::scene::Scene;
+use crate::{Error, Result};
+
+/// Whether this is such a build.
+pub(crate) const LEAN: bool = cfg!(slicestack_lean);
+
+/// What only scenes that are not plain have: nothing here, known to the compiler.
+#[inline(always)]
+pub(crate) fn extra<T>(part: Option<T>) -> Option<T> {
+    if LEAN { None } else { part }
+}
+
+/// Refuses what a lean build would draw wrongly.
+pub(crate) fn check(scene: &Scene, non_finite: usize) -> Result<()> {
+    let plain = scene.fog().is_none() && scene.clip_planes().is_empty() && !scene.method().is_pre_integrated() && non_finite == 0;
+    if LEAN && !plain {
+        return Err(Error::invalid("this build (slicestack_lean) draws plain scenes alone: no fog, clip planes or pre-integration"));
+    }
+    Ok(())
+}
