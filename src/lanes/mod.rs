@@ -14,6 +14,8 @@ mod doubles;
 #[cfg(feature = "formats")]
 mod mapped;
 pub(crate) mod math;
+#[cfg(all(target_arch = "aarch64", target_endian = "little"))]
+mod neon;
 mod scalar;
 mod table;
 mod wide;
@@ -104,6 +106,16 @@ pub(crate) trait Lanes: Copy + 'static {
     fn set_i(x: [i32; WIDTH]) -> Self::I {
         Self::load_i(&x)
     }
+    /// The lower and the upper halves of eight numbers, each from a place of its own.
+    #[inline(always)]
+    fn set_pairs(x: [u64; WIDTH]) -> [Self::I; 2] {
+        let [a, b, c, d, e, f, g, h] = x;
+        let high = |x: u64| (x >> 32) as i32;
+        [
+            Self::load_i(&[a as i32, b as i32, c as i32, d as i32, e as i32, f as i32, g as i32, h as i32]),
+            Self::load_i(&[high(a), high(b), high(c), high(d), high(e), high(f), high(g), high(h)]),
+        ]
+    }
     fn add_i(a: Self::I, b: Self::I) -> Self::I;
     fn sub_i(a: Self::I, b: Self::I) -> Self::I;
     fn and_i(a: Self::I, b: Self::I) -> Self::I;
@@ -169,6 +181,8 @@ enum Kind {
     Wide,
     #[cfg(target_arch = "x86_64")]
     Avx2,
+    #[cfg(all(target_arch = "aarch64", target_endian = "little"))]
+    Neon,
 }
 
 impl Level {
@@ -185,16 +199,20 @@ impl Level {
         if std::arch::is_x86_feature_detected!("avx2") {
             levels.push(Self(Kind::Avx2));
         }
+        #[cfg(all(target_arch = "aarch64", target_endian = "little"))]
+        levels.push(Self(Kind::Neon));
         levels
     }
 
-    /// The name used on the command line: `scalar`, `wide`, `avx2`.
+    /// The name used on the command line: `scalar`, `wide`, `avx2`, `neon`.
     pub fn name(self) -> &'static str {
         match self.0 {
             Kind::Scalar => "scalar",
             Kind::Wide => "wide",
             #[cfg(target_arch = "x86_64")]
             Kind::Avx2 => "avx2",
+            #[cfg(all(target_arch = "aarch64", target_endian = "little"))]
+            Kind::Neon => "neon",
         }
     }
 
@@ -219,6 +237,8 @@ impl Level {
             Kind::Wide => K::run::<wide::Wide>,
             #[cfg(target_arch = "x86_64")]
             Kind::Avx2 => avx2::run::<K, C, B>,
+            #[cfg(all(target_arch = "aarch64", target_endian = "little"))]
+            Kind::Neon => K::run::<neon::Neon>,
         }
     }
 }

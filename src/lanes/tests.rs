@@ -104,7 +104,8 @@ impl Kernel<Inputs, Outputs> for EveryOperation {
             L::sar::<8>(i),
             L::load_u16(&input.i.map(|v| v as u16)),
         ];
-        for x in ints {
+        let pairs = L::set_pairs(input.c.map(f64::to_bits));
+        for x in ints.into_iter().chain(pairs) {
             let mut to = [0; WIDTH];
             L::store_i(x, &mut to);
             out.ints.extend(to);
