@@ -3,7 +3,8 @@
 //! Rules of this room:
 //! - an operation gives the same bits in every implementation: IEEE add, subtract, multiply, divide, square root and
 //!   comparisons only; nothing fused, nothing approximate, no reduction but bit masks and minimum or maximum;
-//! - operations whose results differ between instruction sets outside a range (conversion to integer) state the range;
+//! - operations whose results differ between instruction sets outside a range (conversion to integer) state the range; NaN is quiet,
+//!   as every operation makes it, and only which NaN it is may differ;
 //! - this is the only room with `unsafe`, and what it exports is safe to call with any argument.
 #![allow(unsafe_code, reason = "vector intrinsics, unchecked loads and mapped files live here and nowhere else")]
 

@@ -46,18 +46,18 @@ fn halves(m: [uint64x2_t; 4]) -> M {
     ])
 }
 
-/// Interpolated entries of lanes `I` of a vector, `at` bytes from the first.
+/// Interpolated entry of lane `LANE` of a vector, `at` bytes from the first.
 ///
 /// # Safety
-/// `at[I]` is the offset in bytes of an entry of the table behind `from`, followed by another entry.
+/// `at[LANE]` is the offset in bytes of an entry of the table behind `from`, followed by another entry.
 #[inline(always)]
-unsafe fn row<const I: i32>(from: *const f32, at: &[u32; 4], fraction: float32x4_t) -> float32x4_t {
+unsafe fn row<const LANE: i32>(from: *const f32, at: &[u32; 4], fraction: float32x4_t) -> float32x4_t {
     // SAFETY: the caller's; unaligned is allowed.
     let (value, next) = unsafe {
-        let entry = from.byte_add(at[I as usize] as usize);
+        let entry = from.byte_add(at[LANE as usize] as usize);
         (vld1q_f32(entry), vld1q_f32(entry.add(4)))
     };
-    op!(vaddq_f32(value, vmulq_laneq_f32::<I>(vsubq_f32(next, value), fraction)))
+    op!(vaddq_f32(value, vmulq_laneq_f32::<LANE>(vsubq_f32(next, value), fraction)))
 }
 
 /// Interpolated entries of four lanes, transposed: red, green, blue, alpha.
