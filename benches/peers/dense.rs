@@ -7,7 +7,6 @@ use super::ours::Ours;
 use super::rounds;
 use super::scenes::{Share, block, haze};
 use serde::Serialize;
-use slicestack::study::{NamedMethod, Options, study};
 use slicestack::{Renderer, Settings};
 use std::error::Error;
 use std::hint::black_box;
@@ -15,8 +14,8 @@ use std::time::Instant;
 
 /// Slices of a haze.
 const COUNT: u64 = 256;
-/// Seconds for a look at the stages.
-const BUDGET: f64 = 8.0;
+/// Passes of a stage over its batches; the shortest counts.
+const PASSES: usize = 400;
 /// Cycles of a core for a sample that no loop over eight lanes is expected to beat.
 pub(crate) const BOUND: f64 = 3.0;
 /// Views of a whole turn.
@@ -24,11 +23,10 @@ pub(crate) const VIEWS: u32 = 36;
 /// Error asked for while turning.
 pub(crate) const TURNING: f64 = 2e-3;
 
-/// A stage's part of a frame.
+/// A stage alone, over batches as the frame brought them to it, from the cache.
 #[derive(Debug, Serialize)]
 pub(crate) struct Stage {
-    pub(crate) name: String,
-    pub(crate) share: f64,
+    pub(crate) name: &'static str,
     /// Cycles of a core for a fragment.
     pub(crate) cycles: f64,
 }
@@ -71,14 +69,33 @@ fn case(share: Share) -> Result<Case, Box<dyn Error>> {
 /// Cycles a second, from steps that wait for each other: a 64-bit product takes three cycles on the processors of this decade, an
 /// exclusive or takes one.
 fn clock() -> f64 {
-    const STEPS: u64 = 20_000_000;
+    const STEPS: u64 = 2_000_000;
     let factor = black_box(0x9E37_79B9_7F4A_7C15u64);
     let once = || {
         let start = Instant::now();
         black_box((0..STEPS).fold(black_box(3u64), |x, i| x.wrapping_mul(factor) ^ i));
         4.0 * STEPS as f64 / start.elapsed().as_secs_f64()
     };
-    (0..5).map(|_| once()).fold(0.0, f64::max)
+    (0..50).map(|_| once()).fold(0.0, f64::max)
+}
+
+/// Each stage of the haze's frame. What it takes to bring batches back before each pass is taken off.
+fn stages(case: &Case, clock: f64) -> Result<Vec<Stage>, Box<dyn Error>> {
+    let mut renderer = Renderer::new(&case.volume, Settings::default());
+    let mut list = Vec::new();
+    for mut stage in slicestack::bench::stages(&mut renderer, &case.scene)? {
+        let (mut whole, mut copy) = (f64::INFINITY, f64::INFINITY);
+        for _ in 0..PASSES {
+            let start = Instant::now();
+            stage.run();
+            let between = Instant::now();
+            stage.copy();
+            copy = copy.min(between.elapsed().as_secs_f64());
+            whole = whole.min((between - start).as_secs_f64());
+        }
+        list.push(Stage { name: stage.name(), cycles: (whole - copy).max(0.0) * clock / stage.fragments() as f64 });
+    }
+    Ok(list)
 }
 
 /// Everything about the haze.
@@ -99,10 +116,6 @@ pub(crate) fn dense(gl: &Gl, rounds: usize, threads: usize) -> Result<Dense, Box
     let stats = a.frame(&all.scene)?.1;
     let clock = clock();
     let cycles = |seconds: f64| seconds * threads as f64 * clock / stats.fragments as f64;
-    let settings = Settings { threads: Some(threads), ..Settings::default() };
-    let options = Options { budget: BUDGET, methods: vec![NamedMethod::named("midpoint")?], settings };
-    let stages = study(&all.volume, &all.scene, &options)?.record.stages;
-    let stages = stages.into_iter().map(|s| Stage { name: s.stage, share: s.share, cycles: cycles(s.share * seconds) });
     Ok(Dense {
         slices: COUNT,
         fragments: stats.fragments,
@@ -110,7 +123,7 @@ pub(crate) fn dense(gl: &Gl, rounds: usize, threads: usize) -> Result<Dense, Box
         seconds,
         clock,
         cycles: cycles(seconds),
-        stages: stages.collect(),
+        stages: stages(&all, clock)?,
         half_seconds: times[2].least,
         empty_seconds: times[3].least,
     })

@@ -222,7 +222,8 @@ impl Dense {
             ),
         );
         let stages: Vec<String> = self.stages.iter().map(|s| format!("{} {:.1}", s.name, s.cycles)).collect();
-        line("of these by stage", stages.join(", "));
+        let rest = self.cycles - self.stages.iter().map(|s| s.cycles).sum::<f64>();
+        line("each stage alone, from the cache", format!("{}; {rest:.1} more for memory and all between stages", stages.join(", ")));
         line("half of the volume empty", format!("{:.2} of the time of all of it", self.half_seconds / self.seconds));
         line("all of it empty", format!("{:.2} ms a frame", 1e3 * self.empty_seconds));
         text + "\n"
