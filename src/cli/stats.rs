@@ -32,6 +32,8 @@ pub(super) fn json(clock: Clock, stats: &RenderStats, warnings: &[String], pictu
             "finished": t.finished,
             "beside": t.beside,
             "between": t.between,
+            "lanes": t.lanes,
+            "hidden": t.hidden,
             "batches": t.batches,
             "whole_batches": t.whole_batches,
             "empty_batches": t.empty_batches,
@@ -91,7 +93,7 @@ pub(super) fn explain(stats: &RenderStats, picture: &Picture) -> String {
     let mut row = |what: &str, n: u64, why: &str| table.row(&[what, &grouped(n), &percent(n, stats.fetches), why]);
     row("done", stats.fetches, "one brings the eight voxels around a point");
     row("= for fragments", t.looked_up, "as above");
-    row("+ in lanes beside them", t.beside, "a batch is 8 x 8 pixels of one slice, 64 lanes, covered or not");
+    row("+ in lanes beside them", t.beside, "a row of a batch is 8 pixels of one slice, 8 lanes, covered or not");
     row("+ between slabs", t.between, "values at the rays' ends, and where slices resume");
     text += &table.end();
     let mut table = Table::new(&["left out", "saved", "of", "share", "why"]);

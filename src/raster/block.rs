@@ -331,9 +331,14 @@ impl<'v, W: Watch> March<'_, '_, 'v, W> {
             return;
         }
         if let (Some(occupancy), Content::Mixed, true) = (self.work.occupancy, known, to - from > self.placing.fine) {
-            let middle = from + (to - from) / 2;
-            let near_first = self.work.order == Order::FrontToBack;
-            for (from, to) in if near_first { [(from, middle), (middle, to)] } else { [(middle, to), (from, middle)] } {
+            // The last steps at once: of four slices each costs a look, halves first would cost up to half as many again.
+            let fine = self.placing.fine;
+            let step = if to - from <= 4 * fine { fine } else { (to - from + 1) / 2 };
+            let (mut near, mut far) = (from, to);
+            while near < far {
+                let (from, to) =
+                    if self.work.order == Order::FrontToBack { (near, far.min(near + step)) } else { (near.max(far - step), far) };
+                (near, far) = if self.work.order == Order::FrontToBack { (to, far) } else { (near, from) };
                 let content = self.look(occupancy, from, to);
                 self.slices(from, to, content);
             }
