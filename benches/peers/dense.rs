@@ -27,6 +27,8 @@ pub(crate) const TURNING: f64 = 2e-3;
 #[derive(Debug, Serialize)]
 pub(crate) struct Stage {
     pub(crate) name: &'static str,
+    /// Whether every batch goes through it; else those at the box's faces alone.
+    pub(crate) everywhere: bool,
     /// Cycles of a core for a fragment.
     pub(crate) cycles: f64,
 }
@@ -93,7 +95,8 @@ fn stages(case: &Case, clock: f64) -> Result<Vec<Stage>, Box<dyn Error>> {
             copy = copy.min(between.elapsed().as_secs_f64());
             whole = whole.min((between - start).as_secs_f64());
         }
-        list.push(Stage { name: stage.name(), cycles: (whole - copy).max(0.0) * clock / stage.fragments() as f64 });
+        let cycles = (whole - copy).max(0.0) * clock / stage.fragments() as f64;
+        list.push(Stage { name: stage.name(), everywhere: stage.is_everywhere(), cycles });
     }
     Ok(list)
 }

@@ -221,9 +221,14 @@ impl Dense {
                 self.cycles / BOUND
             ),
         );
-        let stages: Vec<String> = self.stages.iter().map(|s| format!("{} {:.1}", s.name, s.cycles)).collect();
-        let rest = self.cycles - self.stages.iter().map(|s| s.cycles).sum::<f64>();
-        line("each stage alone, from the cache", format!("{}; {rest:.1} more for memory and all between stages", stages.join(", ")));
+        let told = |everywhere: bool| -> String {
+            let list: Vec<String> =
+                self.stages.iter().filter(|s| s.everywhere == everywhere).map(|s| format!("{} {:.1}", s.name, s.cycles)).collect();
+            list.join(", ")
+        };
+        let rest = self.cycles - self.stages.iter().filter(|s| s.everywhere).map(|s| s.cycles).sum::<f64>();
+        line("each stage alone, from the cache", format!("{}; {rest:.1} more for memory, edges and all between stages", told(true)));
+        line("at the box's faces alone", told(false));
         line("half of the volume empty", format!("{:.2} of the time of all of it", self.half_seconds / self.seconds));
         line("all of it empty", format!("{:.2} ms a frame", 1e3 * self.empty_seconds));
         text + "\n"
