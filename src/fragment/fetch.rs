@@ -2,6 +2,7 @@
 
 use super::batch::{BATCH, Batch, Frame, for_rows, row, row_mut, spread};
 use crate::lanes::{Kernel, Lanes, Pairs};
+use crate::volume::packed::Packed;
 use crate::volume::{Voxels, with_voxels};
 
 /// 8-bit voxels, two neighbours along x a load.
@@ -10,6 +11,10 @@ pub(crate) struct FetchPairs8;
 pub(crate) struct FetchPacked8;
 /// 16-bit voxels, two neighbours along x a load.
 pub(crate) struct FetchPairs16;
+/// 16-bit voxels packed with their neighbours along y, four corners a load.
+pub(crate) struct FetchPacked16;
+/// 32-bit voxels, two neighbours along x a load. Only for unsigned voxels below 2^31.
+pub(crate) struct FetchPairs32;
 /// Any type, a load a corner. `FAR` batches span more voxels than an i32 counts.
 pub(crate) struct FetchAny<const FAR: bool>;
 
@@ -98,6 +103,45 @@ fn rows16<L: Lanes, const SIGNED: bool>(batch: &mut Batch) {
     });
 }
 
+/// All rows of a batch of packed 16-bit voxels.
+#[inline(always)]
+fn rows_packed16<L: Lanes, const SIGNED: bool>(batch: &mut Batch) {
+    for_rows!(batch.rows, r => {
+        let p = &batch.pairs16;
+        let [near_left, near_right] = [halves16::<L, SIGNED>(p, 0, r), halves16::<L, SIGNED>(p, 1, r)];
+        let [far_left, far_right] = [halves16::<L, SIGNED>(p, 2, r), halves16::<L, SIGNED>(p, 3, r)];
+        let edges = [
+            [near_left[0], near_right[0]],
+            [near_left[1], near_right[1]],
+            [far_left[0], far_right[0]],
+            [far_left[1], far_right[1]],
+        ];
+        trilinear::<L>(edges, batch, r);
+    });
+}
+
+/// All rows of a batch whose corners are f32, or 32-bit integers as bits.
+#[inline(always)]
+fn rows32<L: Lanes, const INTEGER: bool>(batch: &mut Batch) {
+    for_rows!(batch.rows, r => {
+        let [c0, c1, c2, c3, c4, c5, c6, c7] = &batch.corners.0;
+        let edges = [
+            [corner::<L, INTEGER>(c0, r), corner::<L, INTEGER>(c1, r)],
+            [corner::<L, INTEGER>(c2, r), corner::<L, INTEGER>(c3, r)],
+            [corner::<L, INTEGER>(c4, r), corner::<L, INTEGER>(c5, r)],
+            [corner::<L, INTEGER>(c6, r), corner::<L, INTEGER>(c7, r)],
+        ];
+        trilinear::<L>(edges, batch, r);
+    });
+}
+
+/// A row of corner values.
+#[inline(always)]
+fn corner<L: Lanes, const INTEGER: bool>(values: &[f32; BATCH], r: usize) -> L::F {
+    let value = L::load(row(values, r));
+    if INTEGER { L::to_f(L::to_bits(value)) } else { value }
+}
+
 /// Three rounds of linear interpolation between the corners [x, x+1] of the four edges along x.
 #[inline(always)]
 fn trilinear<L: Lanes>(edges: [[L::F; 2]; 4], batch: &mut Batch, r: usize) {
@@ -131,10 +175,10 @@ impl<'v> Kernel<Frame<'v>, Batch> for FetchPairs8 {
 impl<'v> Kernel<Frame<'v>, Batch> for FetchPacked8 {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
-        let Some(packed) = frame.packed else {
+        let Some(Packed::Pairs8(packed)) = frame.packed else {
             unreachable!("the plan chose packed lookups for voxels that are not");
         };
-        batch.cells.quads8::<L>(&packed.pairs, &batch.offset, batch.rows, &mut batch.pairs16);
+        batch.cells.quads8::<L>(packed, &batch.offset, batch.rows, &mut batch.pairs16);
         if matches!(frame.voxels, Voxels::I8(_)) {
             rows_packed::<L, true>(batch);
         } else {
@@ -160,20 +204,44 @@ impl<'v> Kernel<Frame<'v>, Batch> for FetchPairs16 {
     }
 }
 
+impl<'v> Kernel<Frame<'v>, Batch> for FetchPacked16 {
+    #[inline(always)]
+    fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
+        let Some(Packed::Pairs16(packed)) = frame.packed else {
+            unreachable!("the plan chose packed lookups for voxels that are not");
+        };
+        batch.cells.quads16::<L>(packed, &batch.offset, batch.rows, &mut batch.pairs16);
+        if matches!(frame.voxels, Voxels::I16(_)) {
+            rows_packed16::<L, true>(batch);
+        } else {
+            rows_packed16::<L, false>(batch);
+        }
+    }
+}
+
+impl<'v> Kernel<Frame<'v>, Batch> for FetchPairs32 {
+    #[inline(always)]
+    fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
+        let bits: &[u32] = match frame.voxels {
+            Voxels::F32(v) => bytemuck::cast_slice(v),
+            Voxels::I32(v) => bytemuck::cast_slice(v),
+            Voxels::U32(v) => v,
+            _ => unreachable!("the plan chose 32-bit lookups for other voxels"),
+        };
+        batch.cells.pairs32::<L>(bits, &batch.offset, batch.rows, &mut batch.corners);
+        if matches!(frame.voxels, Voxels::F32(_)) {
+            rows32::<L, false>(batch);
+        } else {
+            rows32::<L, true>(batch);
+        }
+    }
+}
+
 impl<'v, const FAR: bool> Kernel<Frame<'v>, Batch> for FetchAny<FAR> {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
         FetchCorners::<FAR>::run::<L>(frame, batch);
-        for_rows!(batch.rows, r => {
-            let [c0, c1, c2, c3, c4, c5, c6, c7] = &batch.corners.0;
-            let edges = [
-                [L::load(row(c0, r)), L::load(row(c1, r))],
-                [L::load(row(c2, r)), L::load(row(c3, r))],
-                [L::load(row(c4, r)), L::load(row(c5, r))],
-                [L::load(row(c6, r)), L::load(row(c7, r))],
-            ];
-            trilinear::<L>(edges, batch, r);
-        });
+        rows32::<L, false>(batch);
     }
 }
 

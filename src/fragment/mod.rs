@@ -25,7 +25,7 @@ pub(crate) use batch::{Batch, Frame, FrameFog, PixelBlock};
 pub(crate) use blend::{BlendBack, BlendFront, Compensated, MaskStage, Plain, Store, Unorm8};
 pub(crate) use classify::{Classify, ClassifyCorners};
 pub(crate) use correct::{Correct, CorrectRiemann};
-pub(crate) use fetch::{FetchAny, FetchCorners, FetchNearest, FetchPacked8, FetchPairs8, FetchPairs16, Guard};
+pub(crate) use fetch::{FetchAny, FetchCorners, FetchNearest, FetchPacked8, FetchPacked16, FetchPairs8, FetchPairs16, FetchPairs32, Guard};
 pub(crate) use fog::{FogEach, FogPlanar, FogRadial};
 pub(crate) use pair::{BEHIND, ClassifyPair, KeepValue};
 pub(crate) use project::{ProjectAdd, ProjectAverage, ProjectIso, ProjectLmip, ProjectMax, ProjectMin};

@@ -30,6 +30,8 @@ fn voxels(kind: VoxelType, n: &mut Numbers) -> Voxels {
     match &mut voxels {
         // Random bits would be NaN too often to test anything else.
         Voxels::F32(v) => v.iter_mut().for_each(|x| *x = if n.bits() % 50 == 0 { f32::NAN } else { n.unit() * 300.0 }),
+        // Others are rescaled, and looked up another way.
+        Voxels::U32(v) => v.iter_mut().for_each(|x| *x >>= 8),
         Voxels::F64(v) => v.iter_mut().for_each(|x| *x = f64::from(n.unit()) * 300.0),
         _ => {}
     }
@@ -184,6 +186,7 @@ fn every_stage_equals_its_scalar_twin() {
     twin::<TexcoordFar>("texcoord far", &[], &[U8]);
     twin::<FetchPairs8>("fetch 8", &[texcoord], &[U8, I8]);
     twin::<FetchPairs16>("fetch 16", &[texcoord], &[U16, I16]);
+    twin::<FetchPairs32>("fetch 32", &[texcoord], &[U32, I32, F32]);
     twin::<FetchAny<false>>("fetch any", &[texcoord], &VoxelType::ALL);
     twin::<FetchAny<true>>("fetch far", &[texcoord_far], &VoxelType::ALL);
     twin::<Classify<false>>("classify", &[], &[U8]);
@@ -256,21 +259,30 @@ fn lookups_of_pairs_and_of_corners_agree_with_f64() {
                 let size = (0..8).map(|c| corner(c).abs()).fold(0.0, f64::max);
                 assert!((f64::from(any[i]) - want).abs() <= 1e-6 * size + 1e-30 || want.is_nan(), "{kind}: {} not {want}", any[i]);
             }
-            match kind {
-                VoxelType::U8 | VoxelType::I8 => {
-                    let packed = Packed::new(&voxels, DIMS).unwrap();
-                    let frame = Frame { packed: Some(&packed), ..self::frame(&voxels, &mut n, FogMode::Exp { density: 0.0 }, true) };
-                    for level in Level::available() {
-                        b.value = [0.0; BATCH];
-                        level.kernel::<FetchPacked8, Frame<'_>, Batch>()(&frame, &mut b);
-                        assert_eq!(b.value.map(f32::to_bits), any.map(f32::to_bits), "packed {kind} at {}", level.name());
+            // NaN has no bits that are promised.
+            let bits = |b: &Batch| b.value.map(|x| if x.is_nan() { u32::MAX } else { x.to_bits() });
+            let want = bits(&b);
+            if let Some(packed) = Packed::new(&voxels, DIMS) {
+                let frame = Frame { packed: Some(&packed), ..self::frame(&voxels, &mut n, FogMode::Exp { density: 0.0 }, true) };
+                for level in Level::available() {
+                    b.value = [0.0; BATCH];
+                    match packed {
+                        Packed::Pairs8(_) => level.kernel::<FetchPacked8, Frame<'_>, Batch>()(&frame, &mut b),
+                        Packed::Pairs16(_) => level.kernel::<FetchPacked16, Frame<'_>, Batch>()(&frame, &mut b),
                     }
-                    Level::SCALAR.kernel::<FetchPairs8, Frame<'_>, Batch>()(&frame, &mut b);
+                    assert_eq!(bits(&b), want, "packed {kind} at {}", level.name());
                 }
-                VoxelType::U16 | VoxelType::I16 => Level::SCALAR.kernel::<FetchPairs16, Frame<'_>, Batch>()(&frame, &mut b),
-                _ => continue,
             }
-            assert_eq!(b.value.map(f32::to_bits), any.map(f32::to_bits), "{kind}");
+            b.value = [0.0; BATCH];
+            match kind {
+                VoxelType::U8 | VoxelType::I8 => Level::SCALAR.kernel::<FetchPairs8, Frame<'_>, Batch>()(&frame, &mut b),
+                VoxelType::U16 | VoxelType::I16 => Level::SCALAR.kernel::<FetchPairs16, Frame<'_>, Batch>()(&frame, &mut b),
+                VoxelType::U32 | VoxelType::I32 | VoxelType::F32 => {
+                    Level::SCALAR.kernel::<FetchPairs32, Frame<'_>, Batch>()(&frame, &mut b);
+                }
+                VoxelType::F64 => continue,
+            }
+            assert_eq!(bits(&b), want, "{kind}");
         }
     }
 }

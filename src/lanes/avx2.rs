@@ -168,6 +168,15 @@ impl Lanes for Avx2 {
         op!(_mm256_setr_epi32(x[0], x[1], x[2], x[3], x[4], x[5], x[6], x[7]))
     }
     #[inline(always)]
+    fn set_pairs(x: [u64; WIDTH]) -> [__m256i; 2] {
+        op!({
+            // Neighbours share a half, so that one shuffle within halves puts all in order.
+            let a = _mm256_castsi256_ps(_mm256_setr_epi64x(x[0] as i64, x[1] as i64, x[4] as i64, x[5] as i64));
+            let b = _mm256_castsi256_ps(_mm256_setr_epi64x(x[2] as i64, x[3] as i64, x[6] as i64, x[7] as i64));
+            [_mm256_castps_si256(_mm256_shuffle_ps::<0b10_00_10_00>(a, b)), _mm256_castps_si256(_mm256_shuffle_ps::<0b11_01_11_01>(a, b))]
+        })
+    }
+    #[inline(always)]
     fn add_i(a: __m256i, b: __m256i) -> __m256i {
         op!(_mm256_add_epi32(a, b))
     }

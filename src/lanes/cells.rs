@@ -225,6 +225,77 @@ impl CellLoad {
         });
     }
 
+    /// Loads four corners at a time from 16-bit voxels packed with their neighbours along y. A number of `out` holds a corner in its
+    /// low half and the one at y + 1 in its high one; rows of `out`: (x,z), (x+1,z), (x,z+1), (x+1,z+1).
+    ///
+    /// # Panics
+    /// As [`CellLoad::pairs8`].
+    #[inline(always)]
+    pub(crate) fn quads16<L: Lanes>(&self, packed: &[u32], offsets: &[i32; BATCH], rows: u8, out: &mut Pairs<u32>) {
+        assert!(self.strides[0] == 1 && self.fits::<L>(offsets, rows, packed.len()), "cell outside the volume");
+        let from = packed.as_ptr().wrapping_add(self.base);
+        let next = from.wrapping_offset(self.ahead);
+        let quad = |from: *const u32, at: i32| {
+            // SAFETY: as in `quads8`.
+            let both = unsafe { from.add(at as usize).cast::<u64>().read_unaligned() };
+            if cfg!(target_endian = "big") { both.rotate_left(32) } else { both }
+        };
+        let far = from.wrapping_add(self.strides[2]);
+        let next_far = next.wrapping_add(self.strides[2]);
+        for_rows!(rows, r => {
+            let o = row(offsets, r);
+            prefetch(next_far.wrapping_add(o[0] as usize));
+            prefetch(next.wrapping_add(o[2] as usize));
+            prefetch(next_far.wrapping_add(o[4] as usize));
+            prefetch(next.wrapping_add(o[6] as usize));
+            let [near_left, near_right] = L::set_pairs([
+                quad(from, o[0]), quad(from, o[1]), quad(from, o[2]), quad(from, o[3]),
+                quad(from, o[4]), quad(from, o[5]), quad(from, o[6]), quad(from, o[7]),
+            ]);
+            let [far_left, far_right] = L::set_pairs([
+                quad(far, o[0]), quad(far, o[1]), quad(far, o[2]), quad(far, o[3]),
+                quad(far, o[4]), quad(far, o[5]), quad(far, o[6]), quad(far, o[7]),
+            ]);
+            L::store_i(near_left, bytemuck::cast_mut(row_mut(&mut out.0[0], r)));
+            L::store_i(near_right, bytemuck::cast_mut(row_mut(&mut out.0[1], r)));
+            L::store_i(far_left, bytemuck::cast_mut(row_mut(&mut out.0[2], r)));
+            L::store_i(far_right, bytemuck::cast_mut(row_mut(&mut out.0[3], r)));
+        });
+    }
+
+    /// Loads two neighbours along x at a time, for 32-bit voxels, into `out` as the bits they are. Needs a stride of 1 along x.
+    ///
+    /// # Panics
+    /// As [`CellLoad::pairs8`].
+    #[inline(always)]
+    pub(crate) fn pairs32<L: Lanes>(&self, voxels: &[u32], offsets: &[i32; BATCH], rows: u8, out: &mut Corners) {
+        assert!(self.strides[0] == 1 && self.fits::<L>(offsets, rows, voxels.len()), "cell outside the volume");
+        let [_, dy, dz] = self.strides;
+        let from = voxels.as_ptr().wrapping_add(self.base);
+        let next = from.wrapping_offset(self.ahead);
+        let pair = |from: *const u32, at: i32| {
+            // SAFETY: as in `quads8`, for two 32-bit voxels and base + at + 1 + dy + dz.
+            let both = unsafe { from.add(at as usize).cast::<u64>().read_unaligned() };
+            if cfg!(target_endian = "big") { both.rotate_left(32) } else { both }
+        };
+        for_rows!(rows, r => {
+            let o = row(offsets, r);
+            prefetch(next.wrapping_add(dz).wrapping_add(o[0] as usize));
+            prefetch(next.wrapping_add(o[2] as usize));
+            prefetch(next.wrapping_add(dz).wrapping_add(o[4] as usize));
+            prefetch(next.wrapping_add(o[6] as usize));
+            for (edge, step) in [0, dy, dz, dz + dy].into_iter().enumerate() {
+                let from = from.wrapping_add(step);
+                let [left, right] = L::set_pairs([
+                    pair(from, o[0]), pair(from, o[1]), pair(from, o[2]), pair(from, o[3]),
+                    pair(from, o[4]), pair(from, o[5]), pair(from, o[6]), pair(from, o[7]),
+                ]);
+                L::store_i(left, bytemuck::cast_mut(row_mut(&mut out.0[2 * edge], r)));
+                L::store_i(right, bytemuck::cast_mut(row_mut(&mut out.0[2 * edge + 1], r)));
+            }
+        });
+    }
+
     /// Loads two neighbours along x at a time, for 16-bit voxels. Needs a stride of 1 along x.
     ///
     /// # Panics

@@ -3,7 +3,8 @@
 //! Rules of this room:
 //! - an operation gives the same bits in every implementation: IEEE add, subtract, multiply, divide, square root and
 //!   comparisons only; nothing fused, nothing approximate, no reduction but bit masks and minimum or maximum;
-//! - operations whose results differ between instruction sets outside a range (conversion to integer) state the range;
+//! - operations whose results differ between instruction sets outside a range (conversion to integer) state the range; NaN is quiet,
+//!   as every operation makes it, and only which NaN it is may differ;
 //! - this is the only room with `unsafe`, and what it exports is safe to call with any argument.
 #![allow(unsafe_code, reason = "vector intrinsics, unchecked loads and mapped files live here and nowhere else")]
 
@@ -14,6 +15,8 @@ mod doubles;
 #[cfg(feature = "formats")]
 mod mapped;
 pub(crate) mod math;
+#[cfg(all(target_arch = "aarch64", target_endian = "little"))]
+mod neon;
 mod scalar;
 mod table;
 mod wide;
@@ -104,6 +107,16 @@ pub(crate) trait Lanes: Copy + 'static {
     fn set_i(x: [i32; WIDTH]) -> Self::I {
         Self::load_i(&x)
     }
+    /// The lower and the upper halves of eight numbers, each from a place of its own.
+    #[inline(always)]
+    fn set_pairs(x: [u64; WIDTH]) -> [Self::I; 2] {
+        let [a, b, c, d, e, f, g, h] = x;
+        let high = |x: u64| (x >> 32) as i32;
+        [
+            Self::load_i(&[a as i32, b as i32, c as i32, d as i32, e as i32, f as i32, g as i32, h as i32]),
+            Self::load_i(&[high(a), high(b), high(c), high(d), high(e), high(f), high(g), high(h)]),
+        ]
+    }
     fn add_i(a: Self::I, b: Self::I) -> Self::I;
     fn sub_i(a: Self::I, b: Self::I) -> Self::I;
     fn and_i(a: Self::I, b: Self::I) -> Self::I;
@@ -169,6 +182,8 @@ enum Kind {
     Wide,
     #[cfg(target_arch = "x86_64")]
     Avx2,
+    #[cfg(all(target_arch = "aarch64", target_endian = "little"))]
+    Neon,
 }
 
 impl Level {
@@ -185,16 +200,20 @@ impl Level {
         if std::arch::is_x86_feature_detected!("avx2") {
             levels.push(Self(Kind::Avx2));
         }
+        #[cfg(all(target_arch = "aarch64", target_endian = "little"))]
+        levels.push(Self(Kind::Neon));
         levels
     }
 
-    /// The name used on the command line: `scalar`, `wide`, `avx2`.
+    /// The name used on the command line: `scalar`, `wide`, `avx2`, `neon`.
     pub fn name(self) -> &'static str {
         match self.0 {
             Kind::Scalar => "scalar",
             Kind::Wide => "wide",
             #[cfg(target_arch = "x86_64")]
             Kind::Avx2 => "avx2",
+            #[cfg(all(target_arch = "aarch64", target_endian = "little"))]
+            Kind::Neon => "neon",
         }
     }
 
@@ -219,6 +238,8 @@ impl Level {
             Kind::Wide => K::run::<wide::Wide>,
             #[cfg(target_arch = "x86_64")]
             Kind::Avx2 => avx2::run::<K, C, B>,
+            #[cfg(all(target_arch = "aarch64", target_endian = "little"))]
+            Kind::Neon => K::run::<neon::Neon>,
         }
     }
 }

@@ -35,7 +35,7 @@ impl LookupTable {
     }
 
     /// The first entry's first number, and the largest index that has a next one: one less than a power of two, below 2^27.
-    #[cfg(target_arch = "x86_64")]
+    #[cfg(any(target_arch = "x86_64", all(target_arch = "aarch64", target_endian = "little")))]
     #[inline(always)]
     pub(super) fn raw(&self) -> (*const f32, u32) {
         (self.entries.as_ptr().cast(), self.mask)

@@ -86,7 +86,7 @@ pub(crate) fn planned(scene: &Scene, volume: &Volume, needs: &Needs, loads: u64)
     }
     if loads < 8 {
         let why = match loads {
-            2 => "8-bit voxels lie packed with their neighbours: two loads bring all eight",
+            2 => "voxels lie packed with their neighbours: two loads bring all eight",
             _ => "neighbours along x are loaded together",
         };
         add("loads of single voxels", why, Saving::Lookups { saved: 8 - loads, done: loads, unit: "loads" });

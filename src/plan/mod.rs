@@ -251,8 +251,8 @@ impl Needs {
         let pairs = !self.far && scaling.to_f32.is_none() && volume.grid().dims()[0] > 1;
         let linear = self.method.filter == Filter::Linear && self.method.classification != Classification::Pre;
         match volume.voxels().voxel_type().bytes() {
-            1 if pairs && linear && packed => 2,
-            1 | 2 if pairs && linear => 4,
+            1 | 2 if pairs && linear && packed => 2,
+            1 | 2 | 4 if pairs && linear => 4,
             _ => 8,
         }
     }
@@ -270,7 +270,9 @@ impl Needs {
         match volume.voxels().voxel_type() {
             VoxelType::U8 | VoxelType::I8 if pairs && packed => level.kernel::<FetchPacked8, _, _>(),
             VoxelType::U8 | VoxelType::I8 if pairs => level.kernel::<FetchPairs8, _, _>(),
+            VoxelType::U16 | VoxelType::I16 if pairs && packed => level.kernel::<FetchPacked16, _, _>(),
             VoxelType::U16 | VoxelType::I16 if pairs => level.kernel::<FetchPairs16, _, _>(),
+            VoxelType::U32 | VoxelType::I32 | VoxelType::F32 if pairs => level.kernel::<FetchPairs32, _, _>(),
             _ if self.far => level.kernel::<FetchAny<true>, _, _>(),
             _ => level.kernel::<FetchAny<false>, _, _>(),
         }
