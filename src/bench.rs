@@ -15,6 +15,7 @@ const EVERY: u64 = 29;
 /// A stage and batches as a frame brought them to it.
 pub struct StageRun<'r> {
     stage: Stage<'r>,
+    everywhere: bool,
     frame: Rc<Frame<'r>>,
     inputs: Vec<Box<Batch>>,
     batch: Box<Batch>,
@@ -24,6 +25,11 @@ impl StageRun<'_> {
     /// Its name in the plan.
     pub fn name(&self) -> &'static str {
         self.stage.name
+    }
+
+    /// Whether every batch goes through it; else those at the box's faces alone.
+    pub fn is_everywhere(&self) -> bool {
+        self.everywhere
     }
 
     /// Fragments that one [`StageRun::run`] takes through the stage.
@@ -64,9 +70,11 @@ pub fn stages<'r>(renderer: &'r mut Renderer<'_>, scene: &Scene) -> Result<Vec<S
     let Parts { frame, stages, .. } = parts(renderer, scene)?;
     let frame = Rc::new(frame);
     let mut list: Vec<StageRun<'r>> = Vec::new();
+    let always: Vec<&str> = [stages.span].iter().chain(&stages.whole).map(|s| s.name).collect();
     for stage in [stages.span].into_iter().chain(stages.partial).chain(stages.whole) {
         if let Some(inputs) = seen.inputs.remove(stage.name) {
-            list.push(StageRun { stage, frame: frame.clone(), inputs, batch: Batch::new() });
+            let everywhere = always.contains(&stage.name);
+            list.push(StageRun { stage, everywhere, frame: frame.clone(), inputs, batch: Batch::new() });
         }
     }
     Ok(list)

@@ -127,21 +127,21 @@ pub(crate) struct Gl {
 impl Gl {
     /// Loads Mesa.
     ///
-    /// # Panics
-    /// Without it: a comparison that does not take place must not pass.
-    pub(crate) fn load() -> Self {
+    /// # Errors
+    /// What to install, without it: a comparison that does not take place must not pass.
+    pub(crate) fn load() -> Result<Self, String> {
         let mut tried = Vec::new();
         for name in LIBRARIES {
             // SAFETY: Mesa's library; its start-up code has no other demands than that it be loaded once.
             match unsafe { Library::new(name) } {
                 Ok(library) => match Functions::load(&library) {
-                    Ok(functions) => return Self { functions, _library: library },
+                    Ok(functions) => return Ok(Self { functions, _library: library }),
                     Err(e) => tried.push(format!("{name}: {e}")),
                 },
                 Err(e) => tried.push(format!("{name}: {e}")),
             }
         }
-        panic!("no OpenGL to compare with: install libOSMesa (Debian: apt-get install libosmesa6); {}", tried.join("; "));
+        Err(format!("no OpenGL to compare with: install libOSMesa (Debian: apt-get install libosmesa6); {}", tried.join("; ")))
     }
 
     /// A compatibility context that draws into memory of its own: RGBA, `width` x `height`, components of type `kind`.
@@ -240,12 +240,13 @@ impl Context<'_> {
         self.glEnable(constant::FRAGMENT_PROGRAM);
     }
 
-    /// A new texture, bound to `target`.
-    pub(crate) fn new_texture(&self, target: u32) {
+    /// A new texture, bound to `target`; its name.
+    pub(crate) fn new_texture(&self, target: u32) -> u32 {
         let mut name = 0;
         // SAFETY: writes one number.
         unsafe { (self.gl.functions.glGenTextures)(1, &raw mut name) }
         self.glBindTexture(target, name);
+        name
     }
 
     /// The bound 1D texture's texels.

@@ -110,7 +110,7 @@ fn measure(gl: &Gl, case: Case, floats: &mut impl Iterator<Item = Difference>) -
 
 #[test]
 fn pictures_agree_with_mesa() {
-    let gl = Gl::load();
+    let gl = Gl::load().unwrap();
     if let Some(file) = std::env::var_os(CHILD) {
         std::fs::write(file, measure_in_floats(&gl)).unwrap();
         return;
@@ -148,7 +148,7 @@ fn pictures_agree_with_mesa() {
 
 #[test]
 fn weighted_fog_on_premultiplied_colours_is_mesas_fog_on_straight_ones() {
-    let gl = Gl::load();
+    let gl = Gl::load().unwrap();
     for (weighted, literal) in scenes::weighted() {
         let picture = ours(&weighted.volume, &weighted.scene(Bits::Float, Arithmetic::Float));
         let theirs = draw(&gl, &literal.volume, &literal.scene(Bits::Float, Arithmetic::Float), Show::Picture);
