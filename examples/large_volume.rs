@@ -13,6 +13,7 @@ use slicestack::{Error, Renderer, Result, Scene, Settings, Volume};
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::Path;
+use std::process::ExitCode;
 use std::time::Instant;
 
 /// What stored values are above Hounsfield units, as scanners have it.
@@ -169,11 +170,14 @@ pub(crate) fn render(path: &Path, out: Option<&Path>, frames: u32, start: Instan
     Ok(())
 }
 
-fn main() -> Result<()> {
+fn run() -> Result<()> {
     let start = Instant::now();
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
-    let number = |text: &str| text.parse::<usize>().map_err(|_| Error::Invalid(format!("{text} is no number of voxels")));
+    let number = |text: &str| {
+        let n = text.parse::<usize>().ok().filter(|&n| n > 0);
+        n.ok_or_else(|| Error::Invalid(format!("{text} is no number of voxels from 1 up")))
+    };
     match words[..] {
         ["write", path] => write(Path::new(path), [512, 512, 1871], VoxelType::U16),
         ["write", path, x, y, z, kind] => {
@@ -183,5 +187,15 @@ fn main() -> Result<()> {
         ["render", path] => render(Path::new(path), None, 6, start),
         ["render", path, out] => render(Path::new(path), Some(Path::new(out)), 6, start),
         _ => Err(Error::Invalid("large_volume write FILE [NX NY NZ TYPE] | render FILE [PICTURE.png]".to_owned())),
+    }
+}
+
+fn main() -> ExitCode {
+    match run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
     }
 }

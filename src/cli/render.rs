@@ -135,6 +135,14 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
     if let Some(error) = stats.error_estimate.filter(|_| args.estimate) {
         eprintln!("estimated RMS error of the colours: {error:.2e} in {} slices", stats.slices);
     }
+    if args.repeat > 1 && stats_sink.is_none() {
+        eprintln!(
+            "shortest of {}: {:.3} ms a picture, {:.3} ms of preparation before the first",
+            args.repeat,
+            1e3 * clock.render,
+            1e3 * clock.prepare
+        );
+    }
     if args.explain {
         eprint!("{}", stats::explain(&stats, &picture));
     } else if let (Sink::File(path), true) = (&sink, stderr().is_terminal()) {

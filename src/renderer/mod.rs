@@ -151,6 +151,8 @@ impl<'v> Renderer<'v> {
         let Shot { clock, watch, .. } = shot;
         if done.slices == 0 {
             warnings.push("the whole box lies behind the eye: nothing to see".to_owned());
+        } else if done.counters.fragments + done.counters.corners == 0 {
+            warnings.push("no ray through a pixel meets what camera and clip planes leave of the box: the picture is empty".to_owned());
         } else if let Some(&first) = pixels.first() {
             if warnings.is_empty() && pixels.iter().all(|&p| p == first) && done.counters.fragments > 0 && pixels.len() > 1 {
                 warnings.push("the picture is of one colour: nothing of the volume shows in it".to_owned());
