@@ -3,7 +3,7 @@
 /// Where the fragments and lookups of a picture went. Where several frames make up one picture, their numbers are added.
 ///
 /// # Guarantees
-/// - `fragments + corners = looked_up + empty + finished`;
+/// - `fragments + corners = looked_up + empty + finished + merged`;
 /// - lookups done (`fetches` of the statistics) `= looked_up + beside + between`.
 ///
 /// Stages work on batches of 64 lanes, the pixels of an 8 x 8 block on one slice, covered or not.
@@ -22,6 +22,8 @@ pub struct Tally {
     pub empty: u64,
     /// Fragments and pieces passed over because every pixel of their block let no more light through.
     pub finished: u64,
+    /// Fragments that a neighbour stood for: of three slabs that became one, the outer two.
+    pub merged: u64,
     /// Lookups in lanes of batches that no fragment covers.
     pub beside: u64,
     /// Lookups besides those of slices: where slabs lie between two values, at the rays' ends and where slices were passed over.
@@ -38,6 +40,8 @@ pub struct Tally {
     pub empty_batches: u64,
     /// Batches passed over as finished.
     pub finished_batches: u64,
+    /// Batches left out because their neighbour stood for them.
+    pub merged_batches: u64,
     /// Blocks of 8 x 8 pixels looked at.
     pub blocks: u64,
     /// Blocks, of those, that no slice covers.

@@ -30,6 +30,7 @@ pub(super) fn json(clock: Clock, stats: &RenderStats, warnings: &[String], pictu
             "looked_up": t.looked_up,
             "empty": t.empty,
             "finished": t.finished,
+            "merged": t.merged,
             "beside": t.beside,
             "between": t.between,
             "lanes": t.lanes,
@@ -38,6 +39,7 @@ pub(super) fn json(clock: Clock, stats: &RenderStats, warnings: &[String], pictu
             "whole_batches": t.whole_batches,
             "empty_batches": t.empty_batches,
             "finished_batches": t.finished_batches,
+            "merged_batches": t.merged_batches,
             "blocks": t.blocks,
             "missed_blocks": t.missed_blocks,
         },
@@ -88,6 +90,9 @@ pub(super) fn explain(stats: &RenderStats, picture: &Picture) -> String {
     row("= looked up", t.looked_up, all, "went through the stages");
     row("+ passed over, empty", t.empty, all, "the transfer function shows nothing there");
     row("+ passed over, finished", t.finished, all, "nothing behind an opaque front shows");
+    if t.merged > 0 {
+        row("+ merged", t.merged, all, "the slab between two others stands for all three");
+    }
     text += &table.end();
     let mut table = Table::new(&["voxel lookups", "number", "share", "what they are"]);
     let mut row = |what: &str, n: u64, why: &str| table.row(&[what, &grouped(n), &percent(n, stats.fetches), why]);

@@ -246,6 +246,10 @@ fn steady(renderer: &mut Renderer<'_>, scene: &Scene, pixel: Option<(u32, u32)>)
         scene = scene.with_method(method)?;
         notes.push("The scene extrapolates pictures of N and 2 N slices; this page follows the picture of N.".to_owned());
     }
+    if scene.method().merge {
+        scene = scene.clone().with_method(Method { merge: false, ..scene.method() })?;
+        notes.push("The scene lets three slabs be one where hardly anything changes; this page follows every slice.".to_owned());
+    }
     let (mut picture, mut stats, mut survey) = renderer.render_watched(&scene, Survey::new(scene.blend()))?;
     let pixel = pixel.or_else(|| busiest(&survey));
     if let Slicing::Tolerance(asked) = scene.slicing() {
@@ -257,7 +261,7 @@ fn steady(renderer: &mut Renderer<'_>, scene: &Scene, pixel: Option<(u32, u32)>)
         // A tolerance may choose the method too.
         scene = scene
             .clone()
-            .with_method(stats.method)?
+            .with_method(Method { merge: false, ..stats.method })?
             .with_slices(Slicing::Count(count))?
             .with_terminate(refine::terminate(scene.terminate(), asked))?;
         (picture, stats, survey) = renderer.render_watched(&scene, Survey::new(scene.blend()))?;

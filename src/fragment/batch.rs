@@ -25,7 +25,7 @@ pub(crate) struct FrameFog {
 }
 
 /// What stays the same for all batches of a frame.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct Frame<'v> {
     /// The voxels.
     pub(crate) voxels: &'v Voxels,

@@ -2,7 +2,7 @@
 
 use super::batch::{BATCH, Batch, Frame, for_rows, row, row_mut, spread};
 use crate::lanes::{Kernel, Lanes, Pairs};
-use crate::volume::packed::Packed;
+use crate::volume::packed::{self, Packed};
 use crate::volume::{Voxels, with_voxels};
 
 /// 8-bit voxels, two neighbours along x a load.
@@ -175,7 +175,7 @@ impl<'v> Kernel<Frame<'v>, Batch> for FetchPairs8 {
 impl<'v> Kernel<Frame<'v>, Batch> for FetchPacked8 {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
-        let Some(Packed::Pairs8(packed)) = frame.packed else {
+        let Some(Packed { pairs: packed::Pairs::Of8(packed), .. }) = frame.packed else {
             unreachable!("the plan chose packed lookups for voxels that are not");
         };
         batch.cells.quads8::<L>(packed, &batch.offset, batch.rows, &mut batch.pairs16);
@@ -207,7 +207,7 @@ impl<'v> Kernel<Frame<'v>, Batch> for FetchPairs16 {
 impl<'v> Kernel<Frame<'v>, Batch> for FetchPacked16 {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
-        let Some(Packed::Pairs16(packed)) = frame.packed else {
+        let Some(Packed { pairs: packed::Pairs::Of16(packed), .. }) = frame.packed else {
             unreachable!("the plan chose packed lookups for voxels that are not");
         };
         batch.cells.quads16::<L>(packed, &batch.offset, batch.rows, &mut batch.pairs16);

@@ -4,7 +4,7 @@ use super::batch::{BATCH, Batch, Frame, FrameFog};
 use super::*;
 use crate::lanes::{Kernel, Level, LookupTable};
 use crate::scene::FogMode;
-use crate::volume::packed::Packed;
+use crate::volume::packed::{Packed, Pairs};
 use crate::volume::{VoxelType, Voxels};
 use std::sync::Arc;
 
@@ -263,12 +263,14 @@ fn lookups_of_pairs_and_of_corners_agree_with_f64() {
             let bits = |b: &Batch| b.value.map(|x| if x.is_nan() { u32::MAX } else { x.to_bits() });
             let want = bits(&b);
             if let Some(packed) = Packed::new(&voxels, DIMS) {
+                let [row, layer] = packed.strides;
+                assert_eq!([row, layer], [DIMS[0], DIMS[0] * DIMS[1]], "offsets of the other lookups serve");
                 let frame = Frame { packed: Some(&packed), ..self::frame(&voxels, &mut n, FogMode::Exp { density: 0.0 }, true) };
                 for level in Level::available() {
                     b.value = [0.0; BATCH];
-                    match packed {
-                        Packed::Pairs8(_) => level.kernel::<FetchPacked8, Frame<'_>, Batch>()(&frame, &mut b),
-                        Packed::Pairs16(_) => level.kernel::<FetchPacked16, Frame<'_>, Batch>()(&frame, &mut b),
+                    match packed.pairs {
+                        Pairs::Of8(_) => level.kernel::<FetchPacked8, Frame<'_>, Batch>()(&frame, &mut b),
+                        Pairs::Of16(_) => level.kernel::<FetchPacked16, Frame<'_>, Batch>()(&frame, &mut b),
                     }
                     assert_eq!(bits(&b), want, "packed {kind} at {}", level.name());
                 }

@@ -118,7 +118,8 @@ pub(crate) fn tally(c: &Counters, frames: u64) -> Tally {
         corners: c.corners,
         looked_up: c.looked_up,
         // Counting these one by one would cost more than passing over them.
-        empty: (c.fragments + c.corners).saturating_sub(c.looked_up + c.finished_fragments),
+        empty: (c.fragments + c.corners).saturating_sub(c.looked_up + c.finished_fragments + c.merged_fragments),
+        merged: c.merged_fragments,
         finished: c.finished_fragments,
         beside: c.lanes - c.looked_up,
         between: c.fetches - c.lanes,
@@ -128,6 +129,7 @@ pub(crate) fn tally(c: &Counters, frames: u64) -> Tally {
         whole_batches: c.whole,
         empty_batches: c.empty,
         finished_batches: c.finished,
+        merged_batches: c.merged,
         blocks: c.blocks,
         missed_blocks: c.missed_blocks,
     }
@@ -135,7 +137,7 @@ pub(crate) fn tally(c: &Counters, frames: u64) -> Tally {
 
 /// Work that the picture passed over.
 pub(crate) fn passed_over(t: &Tally, visible_share: Option<f64>) -> Vec<LeftOut> {
-    let all = t.batches + t.empty_batches + t.finished_batches;
+    let all = t.batches + t.empty_batches + t.finished_batches + t.merged_batches;
     let share = visible_share.map_or(String::new(), |s| format!(" ({:.1} % of all bricks show)", 100.0 * s));
     let list = [
         LeftOut::counted(
@@ -148,6 +150,12 @@ pub(crate) fn passed_over(t: &Tally, visible_share: Option<f64>) -> Vec<LeftOut>
             "finished batches",
             "their pixels let no more light through, or have left the box",
             (t.finished_batches, all),
+            "batches",
+        ),
+        LeftOut::counted(
+            "batches of merged slabs",
+            "one slab stands for three where colour and opacity hardly change, or hardly any light comes from",
+            (t.merged_batches, all),
             "batches",
         ),
         LeftOut::counted(

@@ -1,10 +1,12 @@
 //! The plan: from scene and settings to slices, tables and stages, and to the list of what a scene does not need.
 
+mod changes;
 mod classes;
 mod left_out;
 mod pairs;
 mod table;
 
+pub(crate) use changes::{CHANGES, ChangeClasses, most as most_change};
 pub(crate) use classes::Classes;
 pub(crate) use left_out::{Planned, Saving, passed_over, planned, tally};
 use pairs::Pairs;
@@ -92,6 +94,8 @@ pub(crate) struct Needs {
     /// Whether slabs within an interval of a table over pairs have a table of their own.
     pub(crate) fine: bool,
     pub(crate) skip: bool,
+    /// Whether three slabs may become one.
+    pub(crate) threes: bool,
     pub(crate) method: Method,
     /// Whether sums are compensated.
     pub(crate) compensated: bool,
@@ -132,19 +136,23 @@ impl Needs {
             Accumulation::Plain => false,
             Accumulation::Compensated => true,
         };
+        // Literal fog lights up empty slices: that is its mistake, and it is reproduced.
+        let skip = colors && !literal;
+        let guard = bricks.non_finite > 0;
         Self {
             blend,
             order,
             // Riemann's transmittance may pass below zero and come back.
             terminate: blend == BlendKind::Over && order == Order::FrontToBack && terminate > 0.0 && method.slab != SlabForm::Riemann,
-            guard: bricks.non_finite > 0,
+            guard,
             fog: fog.map(Fog::distance),
             perspective: stack.perspective,
             far: spans_far(stack),
             split_scale,
             fine,
-            // Literal fog lights up empty slices: that is its mistake, and it is reproduced.
-            skip: colors && !literal,
+            skip,
+            // It adds light slice by slice; and what is no number changes any way.
+            threes: method.merge && skip && !guard,
             method,
             compensated: compensated && blend == BlendKind::Over,
         }
@@ -246,6 +254,11 @@ impl Needs {
         }
     }
 
+    /// Whether lookups read packed voxels, where there are any.
+    pub(crate) fn reads_packed(&self, volume: &Volume, packed: bool, scaling: &Scaling) -> bool {
+        self.loads(volume, packed, scaling) == 2
+    }
+
     /// Loads of a lookup for the eight voxels around it.
     pub(crate) fn loads(&self, volume: &Volume, packed: bool, scaling: &Scaling) -> u64 {
         let pairs = !self.far && scaling.to_f32.is_none() && volume.grid().dims()[0] > 1;
@@ -291,9 +304,10 @@ impl Needs {
 pub(crate) fn method(scene: &Scene) -> Method {
     let method = scene.method();
     match scene.blend() {
-        Blend::Over => method,
+        // Farthest first, nobody knows how much light a slab's comes through.
+        Blend::Over => Method { merge: method.merge && scene.order() == Order::FrontToBack, ..method },
         // Nothing is hidden, so nothing is rounded on the way.
-        Blend::Add => Method { target: Target::F32, ..method },
+        Blend::Add => Method { target: Target::F32, merge: false, ..method },
         _ => Method { filter: method.filter, ends: method.ends, sample: method.sample, ..Method::default() },
     }
 }
@@ -309,5 +323,6 @@ fn spans_far(stack: &Stack) -> bool {
         voxels += extent * stride;
         stride *= stack.dims[axis] as f64;
     }
-    voxels >= f64::from(1 << 24)
+    // Packed voxels lie up to a sixteenth further apart.
+    voxels * 1.0625 >= f64::from(1 << 24)
 }

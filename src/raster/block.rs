@@ -1,8 +1,9 @@
 //! One block of 8 x 8 pixels: its slices in order, those that matter, through the stages.
 
 use super::beam::{Beams, BlockRange, Outer};
-use super::occupancy::{Content, Occupancy};
+use super::contents::{LOOKS, Look, Looked, RUNS, Runs, Sight, Windows};
 use super::pairs::{Kept, PairWork};
+use super::threes::Threes;
 use super::watch::Watch;
 use crate::fragment::batch::{BATCH, SIDE, rows_of, spread};
 use crate::fragment::{Batch, Frame, Stage};
@@ -18,8 +19,12 @@ pub(crate) struct Work<'f, 'v> {
     /// What depends on the slice alone.
     pub(crate) fog: Option<&'f Fog>,
     pub(crate) order: Order,
-    /// Which batches can be passed over; `None` where every fragment counts.
-    pub(crate) occupancy: Option<&'f Occupancy>,
+    /// What shows where, to pass over what does not; `None` where every fragment counts.
+    pub(crate) sight: Option<&'f Sight>,
+    /// Slices that are looked at together.
+    pub(crate) runs: Runs,
+    /// Looks at boxes of runs.
+    pub(crate) look: fn(&Look<'f>, &mut Looked),
     /// Sets coverage and lengths of batches that are not whole.
     pub(crate) span: Stage<'v>,
     /// Stages of batches in which every fragment is covered by a whole slab.
@@ -36,6 +41,8 @@ pub(crate) struct Work<'f, 'v> {
     pub(crate) outer: Outer,
     /// More lookups, where slabs lie between slices.
     pub(crate) pairs: Option<PairWork<'v>>,
+    /// What it takes to make one slab of three, where that may be.
+    pub(crate) threes: Option<Threes<'f, 'v>>,
     /// Where in its slab a value is taken, in slabs from its middle.
     pub(crate) sample: f64,
 }
@@ -44,6 +51,16 @@ impl Work<'_, '_> {
     /// Depth at which slice `k` takes its values.
     pub(super) fn sampled(&self, k: i64) -> f64 {
         self.stack.near + (k as f64 + 0.5 + self.sample) * self.stack.spacing
+    }
+}
+
+impl<'f> Work<'f, '_> {
+    /// Looks at `count` runs of `slices` slices, the first of them from slice `first` on.
+    pub(super) fn look_at(&self, placing: &Placing, windows: &'f Windows, (first, slices): (i64, i64), count: usize, classes: &mut Looked) {
+        let near = self.sampled(first - self.runs.back);
+        let far = self.sampled(first + slices - 1);
+        let look = placing.boxes(windows, (near, far), slices as f64 * self.stack.spacing, count);
+        (self.look)(&look, classes);
     }
 }
 
@@ -80,6 +97,10 @@ pub(crate) struct Counters {
     pub(crate) whole_lanes: u64,
     /// Lanes, of those, in rows in which nothing shows: looked up, and no more.
     pub(crate) hidden: u64,
+    /// Batches left out because the one between them stood for them too.
+    pub(crate) merged: u64,
+    /// Fragments in those.
+    pub(crate) merged_fragments: u64,
 }
 
 impl Counters {
@@ -99,6 +120,8 @@ impl Counters {
         self.lanes += other.lanes;
         self.whole_lanes += other.whole_lanes;
         self.hidden += other.hidden;
+        self.merged += other.merged;
+        self.merged_fragments += other.merged_fragments;
     }
 
     /// A slice's batch goes through the stages.
@@ -113,9 +136,6 @@ impl Counters {
     }
 }
 
-/// Cells along the ray's main axis below which runs of slices are not cut for a closer look.
-const THIN: f64 = 1.5;
-
 /// Index coordinates of a block as functions of depth: `start + d * slope` for its first pixel, and the block's extent.
 pub(super) struct Placing {
     pub(super) start: [f64; 3],
@@ -125,8 +145,6 @@ pub(super) struct Placing {
     /// Least and greatest offset of a pixel from the first.
     extent: [[f64; 3]; 2],
     perspective: bool,
-    /// So many slices together are no thicker than a cell or two: to look at fewer does not pay.
-    fine: i64,
     /// See [`crate::lanes::CellLoad::ahead`].
     ahead: isize,
     /// Largest index of a cell's lower corner, and of a voxel.
@@ -153,13 +171,11 @@ impl Placing {
             std::array::from_fn(|i| f64::max(0.0, far * across[i]) + f64::max(0.0, far * down[i])),
         ];
         let step = forward * stack.spacing;
-        let cells = slope.iter().map(|s| (s * step).abs()).fold(0.0, f64::max);
-        let fine = ((THIN / cells) as i64).max(1);
         let ahead = (0..3).map(|i| libm::rint(slope[i] * step) as isize * strides[i] as isize).sum();
         let top = stack.dims.map(|n| n.saturating_sub(2) as f64);
         let top_cell = top.map(|n| n as u32);
         let thick = strides.iter().all(|&s| s != 0);
-        Self { start, slope, across, down, extent, perspective: stack.perspective, fine, ahead, top, top_cell, thick }
+        Self { start, slope, across, down, extent, perspective: stack.perspective, ahead, top, top_cell, thick }
     }
 
     /// Pixel steps grow with depth in perspective.
@@ -175,6 +191,25 @@ impl Placing {
             std::array::from_fn(|i| f64::min(at(i, d0) + s0 * self.extent[0][i], at(i, d1) + s1 * self.extent[0][i])),
             std::array::from_fn(|i| f64::max(at(i, d0) + s0 * self.extent[1][i], at(i, d1) + s1 * self.extent[1][i])),
         )
+    }
+
+    /// Boxes of `count` runs of slices: `near` and `far` are the first run's first and last depth, `step` is the way to the next.
+    fn boxes<'w>(&self, windows: &'w Windows, (near, far): (f64, f64), step: f64, count: usize) -> Look<'w> {
+        let (mut at, mut steps) = ([0.0; 8], [0.0; 8]);
+        for axis in 0..3 {
+            for (end, extent) in self.extent.iter().enumerate() {
+                // Affine in depth either way.
+                let (start, slope) = if self.perspective {
+                    (self.start[axis], self.slope[axis] + extent[axis])
+                } else {
+                    (self.start[axis] + extent[axis], self.slope[axis])
+                };
+                let depth = if (slope < 0.0) == (end == 0) { far } else { near };
+                at[4 * end + axis] = start + depth * slope;
+                steps[4 * end + axis] = step * slope;
+            }
+        }
+        Look::new(windows, at, steps, count)
     }
 
     /// Sets what is the same at all depths.
@@ -225,6 +260,45 @@ impl Placing {
     }
 }
 
+/// What the coarse runs of a block hold, so many of them as fit.
+struct Coarse {
+    first: i64,
+    known: usize,
+    classes: Looked,
+}
+
+impl Default for Coarse {
+    fn default() -> Self {
+        Self { first: 0, known: 0, classes: [0; LOOKS] }
+    }
+}
+
+impl Coarse {
+    /// What coarse run `at` holds.
+    fn class<'f>(&mut self, work: &Work<'f, '_>, sight: &'f Sight, placing: &Placing, at: i64) -> u8 {
+        if !(self.first..self.first + self.known as i64).contains(&at) {
+            // Those around it, whichever way the block is gone through.
+            self.first = at / LOOKS as i64 * LOOKS as i64;
+            self.known = LOOKS;
+            let slices = work.runs.slices * RUNS;
+            work.look_at(placing, &sight.coarse, (self.first * slices, slices), LOOKS, &mut self.classes);
+        }
+        self.classes[(at - self.first) as usize]
+    }
+
+    /// Whether anything may show on the slices of `range`.
+    fn find<'f>(&mut self, work: &Work<'f, '_>, sight: &'f Sight, placing: &Placing, range: &BlockRange) -> bool {
+        let slices = work.runs.slices * RUNS;
+        // The way behind the last slice belongs to it.
+        let (first, last) = (range.any.0 / slices, (range.any.1 + work.runs.back) / slices);
+        if sight.any && last - first < LOOKS as i64 {
+            (self.first, self.known) = (first, (last - first + 1) as usize);
+            work.look_at(placing, &sight.coarse, (first * slices, slices), self.known, &mut self.classes);
+        }
+        sight.any && (first..=last).any(|at| self.class(work, sight, placing, at) > 0)
+    }
+}
+
 /// What became of a block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Outcome {
@@ -261,13 +335,9 @@ pub(crate) fn render<W: Watch>(
         f64::from(x0) + 0.5,
         f64::from(y0) + 0.5,
     );
-    let mut looked = Content::Mixed;
-    if let (Some(occupancy), false) = (work.occupancy, W::SEES) {
-        // Slabs between slices reach to the box's faces.
-        let more = i64::from(work.outer.between());
-        let (lo, hi) = placing.bounds(work.sampled(range.any.0 - more), work.sampled(range.any.1 + more));
-        looked = occupancy.content(lo, hi);
-        if looked == Content::Empty {
+    let mut looked = Coarse::default();
+    if let (Some(sight), false) = (work.sight, W::SEES) {
+        if !looked.find(work, sight, &placing, &range) {
             counters.empty += (range.any.1 - range.any.0 + 1) as u64;
             return Outcome::Empty;
         }
@@ -284,7 +354,7 @@ pub(crate) fn render<W: Watch>(
     let window = (f64::from(x0) + 0.5, f64::from(y0) + 0.5);
     let mut march = March { work, range, placing, batch, counters, watch, whole_lengths: true, window, kept: Kept::default(), ended: None };
     if !slices.is_empty() {
-        march.slices(slices.start, slices.end, looked);
+        march.slices(slices.start, slices.end, &mut looked);
         // A part of the slices leaves the way to the rays' exits for later.
         if let (Some(pairs), true) = (extra(work.pairs.as_ref()), slices.end > range.any.1) {
             march.after_pairs(pairs);
@@ -315,59 +385,74 @@ pub(super) struct March<'m, 'f, 'v, W> {
     ended: Option<i64>,
 }
 
-impl<'v, W: Watch> March<'_, '_, 'v, W> {
-    /// Slices `from..to` in the scene's order, halved until a part is empty, visible throughout, or too thin to look at.
-    ///
-    /// `known` is what a look at them has told.
-    fn slices(&mut self, from: i64, to: i64, known: Content) {
-        if self.batch.pixels.alive == 0 {
-            self.counters.finished += (to - from) as u64;
-            self.watch.skipped(from, to, true);
+impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
+    /// Slices `from..to` in the scene's order, but for those on which nothing shows.
+    fn slices(&mut self, from: i64, to: i64, looked: &mut Coarse) {
+        let Some(sight) = self.work.sight else {
+            self.run(from, to, u8::MAX);
             return;
-        }
-        if known == Content::Empty {
-            self.counters.empty += (to - from) as u64;
-            self.watch.skipped(from, to, false);
-            return;
-        }
-        if let (Some(occupancy), Content::Mixed, true) = (self.work.occupancy, known, to - from > self.placing.fine) {
-            // The last steps at once: of four slices each costs a look, halves first would cost up to half as many again.
-            let fine = self.placing.fine;
-            let step = if to - from <= 4 * fine { fine } else { (to - from + 1) / 2 };
-            let (mut near, mut far) = (from, to);
-            while near < far {
-                let (from, to) =
-                    if self.work.order == Order::FrontToBack { (near, far.min(near + step)) } else { (near.max(far - step), far) };
-                (near, far) = if self.work.order == Order::FrontToBack { (to, far) } else { (near, from) };
-                let content = self.look(occupancy, from, to);
-                self.slices(from, to, content);
+        };
+        let slices = self.work.runs.slices;
+        let ahead = self.work.order == Order::FrontToBack;
+        let coarse = from / (slices * RUNS)..(to - 1) / (slices * RUNS) + 1;
+        for n in 0..coarse.end - coarse.start {
+            let at = if ahead { coarse.start + n } else { coarse.end - 1 - n };
+            let (first, end) = ((at * slices * RUNS).max(from), ((at + 1) * slices * RUNS).min(to));
+            if looked.class(self.work, sight, &self.placing, at) == 0 {
+                self.pass_over(first, end);
+                continue;
             }
-            return;
-        }
-        let mut k = from;
-        while k < to {
-            let slice = if self.work.order == Order::FrontToBack { k } else { from + to - 1 - k };
-            self.slice(slice);
-            k += 1;
-            if self.batch.pixels.alive == 0 {
-                self.ended = Some(slice);
-                self.counters.finished += (to - k) as u64;
-                let (from, to) = if self.work.order == Order::FrontToBack { (k, to) } else { (from, from + to - k) };
-                self.watch.skipped(from, to, true);
-                return;
+            let runs = first / slices..(end - 1) / slices + 1;
+            let mut classes = [0; LOOKS];
+            let count = (runs.end - runs.start) as usize;
+            self.work.look_at(&self.placing, &sight.fine, (runs.start * slices, slices), count, &mut classes);
+            for n in 0..runs.end - runs.start {
+                let run = if ahead { runs.start + n } else { runs.end - 1 - n };
+                let class = classes[(run - runs.start) as usize];
+                let (first, end) = ((run * slices).max(from), ((run + 1) * slices).min(to));
+                if class == 0 {
+                    self.pass_over(first, end);
+                } else if !self.run(first, end, class) {
+                    // Every pixel is finished.
+                    let (first, end) = if ahead { (end, to) } else { (from, first) };
+                    self.counters.finished += (end - first) as u64;
+                    self.watch.skipped(first, end, true);
+                    return;
+                }
             }
         }
     }
 
-    /// What slices `from..to` can touch.
-    fn look(&self, occupancy: &Occupancy, from: i64, to: i64) -> Content {
-        if self.batch.pixels.alive == 0 {
-            return Content::Mixed;
+    /// Nothing shows on slices `from..to`.
+    pub(super) fn pass_over(&mut self, from: i64, to: i64) {
+        self.counters.empty += (to - from) as u64;
+        self.watch.skipped(from, to, false);
+    }
+
+    /// Slices `from..to`, on which something of `class` may show; false when every pixel is finished.
+    fn run(&mut self, from: i64, to: i64, class: u8) -> bool {
+        if let Some(threes) = extra(self.work.threes.as_ref()) {
+            return self.in_threes(threes, from, to, class);
         }
-        // Slabs between slices reach back to the slice before.
-        let back = i64::from(self.work.outer.between());
-        let (lo, hi) = self.placing.bounds(self.work.sampled(from - back), self.work.sampled(to - 1));
-        occupancy.content(lo, hi)
+        for k in from..to {
+            let (slice, rest) = match self.work.order {
+                Order::FrontToBack => (k, (k + 1, to)),
+                Order::BackToFront => (from + to - 1 - k, (from, from + to - 1 - k)),
+            };
+            self.slice(slice, self.work.frame);
+            if self.batch.pixels.alive == 0 {
+                self.stop(slice, rest);
+                return false;
+            }
+        }
+        true
+    }
+
+    /// After `slice` every pixel is finished: slices `rest` of its run are not needed.
+    pub(super) fn stop(&mut self, slice: i64, rest: (i64, i64)) {
+        self.ended = Some(slice);
+        self.counters.finished += (rest.1 - rest.0) as u64;
+        self.watch.skipped(rest.0, rest.1, true);
     }
 
     /// Fragments of slices `from..to`.
@@ -398,8 +483,8 @@ impl<'v, W: Watch> March<'_, '_, 'v, W> {
         rows_of(self.batch.mask)
     }
 
-    /// One slice through the stages.
-    fn slice(&mut self, k: i64) {
+    /// One slice through the stages, by the numbers of `frame`.
+    pub(super) fn slice(&mut self, k: i64, frame: &'f Frame<'v>) {
         if let Some(pairs) = extra(self.work.pairs.as_ref()) {
             self.before_pair(k, pairs);
         }
@@ -415,8 +500,8 @@ impl<'v, W: Watch> March<'_, '_, 'v, W> {
         }
         self.counters.batches += 1;
         if k >= self.range.whole.0 && k <= self.range.whole.1 {
-            self.placing.place(sampled, work.frame, batch);
-            self.watch.slice(work.frame, batch);
+            self.placing.place(sampled, frame, batch);
+            self.watch.slice(frame, batch);
             self.counters.whole += 1;
             (batch.mask, batch.rows, batch.shown) = (u64::MAX, live, live);
             self.counters.whole_lanes += u64::from(live.count_ones()) * SIDE as u64;
@@ -426,14 +511,14 @@ impl<'v, W: Watch> March<'_, '_, 'v, W> {
                 self.whole_lengths = true;
             }
             for stage in &work.whole {
-                (stage.run)(work.frame, batch);
-                self.watch.stage(stage.name, work.frame, batch);
+                (stage.run)(frame, batch);
+                self.watch.stage(stage.name, frame, batch);
             }
             self.counters.hidden += u64::from((live & !batch.shown).count_ones()) * SIDE as u64;
             return;
         }
-        self.watch.slice(work.frame, batch);
-        (work.span.run)(work.frame, batch);
+        self.watch.slice(frame, batch);
+        (work.span.run)(frame, batch);
         self.whole_lengths = false;
         if work.order == Order::FrontToBack {
             batch.pixels.alive &= !batch.ended;
@@ -449,15 +534,15 @@ impl<'v, W: Watch> March<'_, '_, 'v, W> {
                 batch.mask &= !(1 << i);
             }
         }
-        self.watch.stage(work.span.name, work.frame, batch);
+        self.watch.stage(work.span.name, frame, batch);
         self.counters.lanes(batch);
         if rows == 0 {
             return;
         }
-        self.placing.place(sampled, work.frame, batch);
+        self.placing.place(sampled, frame, batch);
         for stage in &work.partial {
-            (stage.run)(work.frame, batch);
-            self.watch.stage(stage.name, work.frame, batch);
+            (stage.run)(frame, batch);
+            self.watch.stage(stage.name, frame, batch);
         }
         self.counters.hidden += u64::from((rows & !batch.shown).count_ones()) * SIDE as u64;
     }

@@ -7,16 +7,18 @@
 
 mod beam;
 mod block;
-mod occupancy;
+mod contents;
 mod pairs;
 mod resolve;
+mod threes;
 mod tiles;
 mod watch;
 
 pub(crate) use beam::{Outer, Spans};
 pub(crate) use block::{Counters, Work};
-pub(crate) use occupancy::Occupancy;
+pub(crate) use contents::{Contents, LookAt, Runs, Sight};
 pub(crate) use pairs::PairWork;
 pub(crate) use resolve::Resolve;
+pub(crate) use threes::{THREE, Threes};
 pub(crate) use tiles::{BlockMask, render_tiles};
 pub(crate) use watch::Watch;

@@ -123,11 +123,11 @@ impl<'v, W: Watch> March<'_, '_, 'v, W> {
         }
         let lasts = self.depths(|_, last, _, _| last);
         let exits = self.depths(|_, last, pixels, i| last + f64::from(pixels.last_length[i]));
-        if let Some(occupancy) = self.work.occupancy {
+        if let Some(sight) = self.work.sight {
             let near = lasts.iter().copied().fold(f64::INFINITY, f64::min);
             let far = exits.iter().copied().fold(f64::NEG_INFINITY, f64::max);
             let (lo, hi) = self.placing.bounds(near, far);
-            if occupancy.content(lo, hi) == super::occupancy::Content::Empty {
+            if sight.fine.class(lo, hi) == 0 {
                 return;
             }
         }

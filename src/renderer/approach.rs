@@ -6,7 +6,7 @@ use super::refine;
 use crate::plan::{Planned, Saving};
 use crate::proxy::Stack;
 use crate::raster::{BlockMask, Watch};
-use crate::scene::{Blend, Classification, MAX_SLICES, Method};
+use crate::scene::{Blend, Classification, MAX_SLICES, Method, Scene};
 use crate::{Error, Result};
 
 impl Renderer<'_> {
@@ -56,14 +56,14 @@ impl Renderer<'_> {
     ) -> Result<(Finished, f64)> {
         let second = Method { classification: Classification::SecondOrder, ..shot.scene.method() };
         let free = shot.scene.method() == Method::default() && shot.scene.blend() == Blend::Over;
-        if let Some(found) = self.refined(shot, tolerance, pixels, free.then_some(second))? {
+        // What an error is asked for, slabs may become one wherever the method lets them.
+        let method = Method { merge: true, ..shot.scene.method() };
+        let merging = shot.scene.clone().with_method(method).ok().filter(|s| crate::plan::method(s).merge);
+        if let Some(found) = self.in_stead(shot, merging.as_ref(), |r, shot| r.refined(shot, tolerance, pixels, free.then_some(second)))? {
             return Ok(found);
         }
         let scene = shot.scene.clone().with_method(second)?;
-        let mut again = Shot { scene: &scene, view: shot.view, clock: std::mem::take(&mut shot.clock), watch: shot.watch.fresh() };
-        let found = self.refined(&mut again, tolerance, pixels, None);
-        shot.clock = again.clock;
-        shot.watch.merge(again.watch);
+        let found = self.in_stead(shot, Some(&scene), |r, shot| r.refined(shot, tolerance, pixels, None));
         let (mut done, error) = found?.ok_or_else(|| Error::invalid("a picture without a frame"))?;
         done.planned.push(Planned::new(
             "midpoint slabs",
@@ -71,6 +71,16 @@ impl Renderer<'_> {
             Saving::Unknown,
         ));
         Ok((done, error))
+    }
+
+    /// Does `work` with another scene in the place of the shot's own, where there is one.
+    fn in_stead<W: Watch, R>(&mut self, shot: &mut Shot<'_, W>, scene: Option<&Scene>, work: impl FnOnce(&mut Self, &mut Shot<'_, W>) -> R) -> R {
+        let scene = scene.unwrap_or(shot.scene);
+        let mut other = Shot { scene, view: shot.view, clock: std::mem::take(&mut shot.clock), watch: shot.watch.fresh() };
+        let result = work(self, &mut other);
+        shot.clock = other.clock;
+        shot.watch.merge(other.watch);
+        result
     }
 
     /// `pixels` by the scene's method; `None` when `other` is worth beginning again for.

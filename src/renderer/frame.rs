@@ -1,11 +1,12 @@
 //! One frame: so many slices of a scene, into pixels.
 
 use super::{Renderer, tile_side};
+use crate::fragment::batch::SIDE;
 use crate::fragment::{Frame, FrameFog};
 use crate::lanes::{Level, LookupTable};
-use crate::plan::{self, Classes, Needs, Planned, Scaling, Slab, Stages};
+use crate::plan::{self, ChangeClasses, Classes, Needs, Planned, Scaling, Slab, Stages};
 use crate::proxy::Stack;
-use crate::raster::{BlockMask, Counters, Occupancy, Outer, Resolve, Watch, Work, render_tiles};
+use crate::raster::{BlockMask, Contents, Counters, LookAt, Outer, Resolve, Runs, Sight, THREE, Threes, Watch, Work, render_tiles};
 use crate::scene::{
     Blend, Ends, Fog, FogDistance, FogWeighting, Method, Premultiplied, SampleAt, Scene, SlabForm, Slicing, TransferFunction, View,
 };
@@ -13,6 +14,7 @@ use crate::tally::{LeftOut, Tally};
 use crate::volume::bricks::Bricks;
 use crate::volume::packed::Packed;
 use crate::{Error, Result, Volume};
+use std::array;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -33,7 +35,30 @@ pub(super) struct TransferData {
     table: Arc<LookupTable>,
     /// A table over values on their own, beside one over pairs.
     fine: Option<Arc<LookupTable>>,
-    occupancy: Arc<Occupancy>,
+    contents: Arc<Contents>,
+    sight: Option<Sight>,
+    threes: Option<ThreesData>,
+}
+
+/// What slabs three times as thick need.
+struct ThreesData {
+    table: Arc<LookupTable>,
+    contents: Contents,
+    sight: Option<Sight>,
+}
+
+impl TransferData {
+    /// What bricks hold, as a frame of `runs` looks at it; and the table of slabs three times as thick, where `threes` become one.
+    fn sight(&mut self, runs: &Runs, threes: bool) -> (&Sight, Option<Arc<LookupTable>>) {
+        let (contents, sight, table) = match &mut self.threes {
+            Some(t) if threes => (&t.contents, &mut t.sight, Some(t.table.clone())),
+            _ => (&*self.contents, &mut self.sight, None),
+        };
+        if sight.as_ref().is_none_or(|s| s.sides() != runs.sides) {
+            *sight = None;
+        }
+        (sight.get_or_insert_with(|| Sight::new(contents, runs.sides)), table)
+    }
 }
 
 /// Tables for so many thicknesses of slabs are kept.
@@ -78,32 +103,42 @@ impl Renderer<'_> {
             });
             list[..=at].rotate_right(1);
             list.truncate(KEPT);
-            &list[0]
+            if method.merge && list[0].threes.is_none() {
+                list[0].threes = prepare_threes(&list[0], volume, bricks);
+            }
+            &mut list[0]
         });
         let Parts { mut frame, needs, stages } = Parts::new(scene, volume, prepared, transfer_data, &stack, terminate, self.level);
         // Where empty slices count, or are looked at, all rows do.
         if needs.skip && !W::SEES {
             frame.clear = clear(transfer_data);
         }
+        let outer = match (needs.method.is_pre_integrated(), needs.method.ends) {
+            (false, Ends::Partial) => Outer::Partial,
+            (false, Ends::Whole) => Outer::Whole,
+            (true, Ends::Partial) => Outer::Between,
+            (true, Ends::Whole) => Outer::WholeBetween,
+        };
+        let runs = Runs::new(&stack, outer.between(), if needs.threes { THREE } else { 1 });
+        let (sight, thick) = transfer_data.sight(&runs, needs.threes);
+        let thick = thick.map(|table| Frame { table, ..frame.clone() });
         let work = Work {
             frame: &frame,
             stack: &stack,
             fog: scene.fog().filter(|_| needs.fog.is_some()),
             order: needs.order,
-            occupancy: needs.skip.then_some(&*transfer_data.occupancy),
+            sight: needs.skip.then_some(sight),
+            runs,
+            look: self.level.kernel::<LookAt, _, _>(),
             span: stages.span,
             whole: stages.whole,
             partial: stages.partial,
             start: start_values(scene.blend()),
             level: self.level,
             radial: needs.fog == Some(FogDistance::Radial),
-            outer: match (needs.method.is_pre_integrated(), needs.method.ends) {
-                (false, Ends::Partial) => Outer::Partial,
-                (false, Ends::Whole) => Outer::Whole,
-                (true, Ends::Partial) => Outer::Between,
-                (true, Ends::Whole) => Outer::WholeBetween,
-            },
+            outer,
             pairs: stages.pairs,
+            threes: thick.as_ref().map(|frame| Threes { frame, changes: array::from_fn(|class| plan::most_change(class as u8) as f32) }),
             sample: if needs.method.sample == SampleAt::End { 0.5 } else { 0.0 },
         };
         let resolve = Resolve {
@@ -123,13 +158,15 @@ impl Renderer<'_> {
             pixels.fill(resolve.background());
         } else {
             let tile = self.settings.tile.unwrap_or_else(|| tile_side(stack.view.width, stack.view.height));
+            // What becomes one depends on all of a block's pixels: no tile may cut one.
+            let tile = if needs.threes { tile.next_multiple_of(SIDE as u32) } else { tile };
             let seen;
             (counters, seen) = render_tiles(&work, &resolve, tile, pixels, blocks, self.settings.progress.as_deref(), &shot.watch)?;
             shot.watch.merge(seen);
         }
         let loads = needs.loads(volume, prepared.packed.is_some(), scaling);
         let planned = plan::planned(scene, volume, &needs, loads);
-        let visible_share = needs.skip.then(|| transfer_data.occupancy.share());
+        let visible_share = needs.skip.then(|| transfer_data.contents.share());
         Ok(Finished { counters, frames: 1, slices: stack.count, planned, method: scene.method(), visible_share })
     }
 }
@@ -154,6 +191,11 @@ impl<'v> Parts<'v> {
         let (mut frame, split) = make_frame(scene, volume, packed.as_ref(), scaling, transfer_data, terminate);
         let needs = Needs::new(scene, stack, bricks, (split, frame.fine.is_some()), terminate);
         frame.far = needs.far;
+        if let (true, Some(packed)) = (needs.reads_packed(volume, packed.is_some(), scaling), packed) {
+            for (stride, packed) in frame.strides[1..].iter_mut().zip(packed.strides).filter(|(stride, _)| **stride > 0) {
+                *stride = packed;
+            }
+        }
         let stages = needs.stages(volume, packed.is_some(), scaling, level);
         Self { frame, needs, stages }
     }
@@ -230,7 +272,7 @@ impl Clock {
     }
 }
 
-/// Table and occupancy of a transfer function for slabs like `slab`.
+/// Table of a transfer function for slabs like `slab`, and what bricks hold.
 ///
 /// What `kept` holds for another thickness serves again where it does not depend on it.
 fn prepare_transfer(
@@ -249,14 +291,27 @@ fn prepare_transfer(
     let classes = Classes::new(transfer, range, slab, pairs);
     let table = Arc::new(classes.table(transfer, slab));
     let fine = classes.fine().map(|layout| Arc::new(layout.table(transfer, slab)));
-    let occupancy = match kept.iter().find(|k| k.classes == classes) {
-        Some(kept) => kept.occupancy.clone(),
-        None => Arc::new(Occupancy::new(bricks, volume.grid().dims(), |lo, hi| {
+    let contents = match kept.iter().find(|k| k.classes == classes) {
+        Some(kept) => kept.contents.clone(),
+        None => Arc::new(Contents::new(bricks, |lo, hi| {
             let (lo, hi) = sorted(lo, hi);
-            classes.opaque_within(lo, hi)
+            u8::from(classes.opaque_within(lo, hi))
         })),
     };
-    TransferData { transfer: transfer.clone(), slab, pairs, classes, table, fine, occupancy }
+    TransferData { transfer: transfer.clone(), slab, pairs, classes, table, fine, contents, sight: None, threes: None }
+}
+
+/// What it takes to make one slab of three like those of `data`; nothing where values come in pairs.
+fn prepare_threes(data: &TransferData, volume: &Volume, bricks: &Bricks) -> Option<ThreesData> {
+    let Classes::Values(layout) = &data.classes else { return None };
+    let classes = ChangeClasses::new(&data.table, data.classes.range(), data.classes.last());
+    let (slope, intercept) = volume.rescale();
+    let contents = Contents::new(bricks, |lo, hi| {
+        let (a, b) = (lo * slope + intercept, hi * slope + intercept);
+        classes.class(a.min(b), a.max(b))
+    });
+    let slab = Slab { ratio: THREE as f64 * data.slab.ratio, ..data.slab };
+    Some(ThreesData { table: Arc::new(layout.table(&data.transfer, slab)), contents, sight: None })
 }
 
 /// Constants of the frame, and whether the table's scale has to be applied in two steps.
@@ -345,6 +400,6 @@ pub(super) fn background(scene: &Scene) -> Premultiplied {
 
 fn fogged(color: crate::scene::Straight, fog: &Fog) -> crate::scene::Straight {
     let f = fog.factor(f64::MAX);
-    let rgb = std::array::from_fn(|c| f * color.rgb[c] + (1.0 - f) * fog.color()[c]);
+    let rgb = array::from_fn(|c| f * color.rgb[c] + (1.0 - f) * fog.color()[c]);
     crate::scene::Straight { rgb, alpha: color.alpha }
 }

@@ -106,6 +106,8 @@ pub struct Method {
     pub accumulation: Accumulation,
     /// Whether pictures of N and 2 N slices are extrapolated to infinitely many (Richardson), by the method's order.
     pub extrapolate: bool,
+    /// Whether three slabs become one where colour and opacity hardly change, or hardly any light comes from.
+    pub merge: bool,
 }
 
 impl Method {
@@ -130,6 +132,12 @@ impl Method {
     /// # Errors
     /// [`Error::Invalid`] for choices that exclude each other.
     pub(super) fn check(&self) -> Result<()> {
+        let plain = Self { accumulation: self.accumulation, ends: self.ends, merge: self.merge, ..Self::default() };
+        if self.merge && *self != plain {
+            return Err(Error::invalid(
+                "slices merge: is for samples in the middle of post-classified exponential slabs, linear filter, target f32, no extrapolation",
+            ));
+        }
         if self.is_pre_integrated() && self.slab == SlabForm::Riemann {
             return Err(Error::invalid("slices slab riemann: pre-integrated slabs are integrals already; choose exponential"));
         }

@@ -304,7 +304,7 @@ impl Scene {
         } else if m.is_pre_integrated() {
             return Err(Error::invalid("transfer classification: the profile opengl has post and pre"));
         } else if *m != plain {
-            return Err(Error::invalid("slices: slab, sample, accumulation and extrapolate are not for the profile opengl"));
+            return Err(Error::invalid("slices: slab, sample, accumulation, extrapolate and merge are not for the profile opengl"));
         } else if matches!(self.slicing, Slicing::Tolerance(_)) {
             return Err(Error::invalid("slices tolerance: the profile opengl draws a given number of slices"));
         } else if self.blend != Blend::Over {

@@ -33,7 +33,7 @@ impl NamedMethod {
     /// Whether it is a choice for pictures, and not there to be compared with: its error goes on falling, and at the order of its rule.
     pub fn is_a_choice(&self) -> bool {
         let m = &self.method;
-        let plain = Method { classification: Classification::Post, extrapolate: false, ..*m } == BASE;
+        let plain = Method { classification: Classification::Post, extrapolate: false, merge: false, ..*m } == BASE;
         plain && m.classification != Classification::Pre
     }
 
@@ -63,6 +63,7 @@ const BASE: Method = Method {
     target: Target::F32,
     accumulation: Accumulation::Auto,
     extrapolate: false,
+    merge: false,
 };
 
 const PLAIN: NamedMethod = NamedMethod {
@@ -84,6 +85,12 @@ pub const METHODS: &[NamedMethod] = &[
         name: "tolerance",
         about: "slices, and slabs of second order where they pay, chosen block by block for the error asked for",
         tolerance: true,
+        ..PLAIN
+    },
+    NamedMethod {
+        name: "merged",
+        about: "midpoint, but three slabs as one where colour and opacity hardly change",
+        method: Method { merge: true, ..BASE },
         ..PLAIN
     },
     NamedMethod {

@@ -7,15 +7,27 @@ use rayon::prelude::*;
 /// is looked up as it is.
 pub(crate) const PACKED_LIMIT: usize = 128 << 20;
 
+/// Bytes of a line of the caches.
+const LINE: usize = 64;
+
 /// For each voxel, itself in the lower half and its neighbour along y in the upper one; signs are kept as bits.
 ///
-/// In the order of the voxels. The last row along y is paired with itself; no cell starts there.
+/// In the order of the voxels, but for gaps after rows and layers (see [`Strides`]). The last row along y is paired with itself; no cell
+/// starts there.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Packed {
+pub(crate) struct Packed {
+    pub(crate) pairs: Pairs,
+    /// Distance in pairs to the next voxel along y and along z.
+    pub(crate) strides: [usize; 2],
+}
+
+/// What is packed.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Pairs {
     /// 8-bit voxels.
-    Pairs8(Vec<u16>),
+    Of8(Vec<u16>),
     /// 16-bit voxels.
-    Pairs16(Vec<u32>),
+    Of16(Vec<u32>),
 }
 
 impl Packed {
@@ -24,8 +36,16 @@ impl Packed {
         if dims[0] < 2 || 2 * voxels.bytes() > PACKED_LIMIT {
             return None;
         }
-        let bytes = |voxels: &[u8]| Self::Pairs8(paired(voxels, dims, |here, below| u16::from(here) | u16::from(below) << 8));
-        let words = |voxels: &[u16]| Self::Pairs16(paired(voxels, dims, |here, below| u32::from(here) | u32::from(below) << 16));
+        let bytes = |voxels: &[u8]| {
+            let strides = strides(dims, size_of::<u16>());
+            let pair = |here, below| u16::from(here) | u16::from(below) << 8;
+            Self { pairs: Pairs::Of8(paired(voxels, dims, strides, pair)), strides }
+        };
+        let words = |voxels: &[u16]| {
+            let strides = strides(dims, size_of::<u32>());
+            let pair = |here, below| u32::from(here) | u32::from(below) << 16;
+            Self { pairs: Pairs::Of16(paired(voxels, dims, strides, pair)), strides }
+        };
         Some(match voxels {
             Voxels::U8(v) => bytes(v),
             Voxels::I8(v) => bytes(bytemuck::cast_slice(v)),
@@ -36,14 +56,34 @@ impl Packed {
     }
 }
 
+/// Distances from row to row and from layer to layer, in pairs of `bytes`.
+///
+/// Sides of volumes are powers of two more often than not. Lines a power of two apart would share the few places that a cache has for them,
+/// and a block's lookups, spread over rows and layers, would drive each other out.
+fn strides([nx, ny, _]: [usize; 3], bytes: usize) -> [usize; 2] {
+    let line = LINE / bytes;
+    let row = if (nx * bytes).is_multiple_of(32 * LINE) { nx + line } else { nx };
+    let layer = row * ny;
+    let lines = layer.div_ceil(line);
+    // An odd number of lines, and not close to a power of two; a thirty-second of the layer more at most.
+    let odd = lines + (9 + 16 - lines % 16) % 16;
+    [row, if 32 * (odd - lines) <= lines { odd * line } else { layer }]
+}
+
 /// `pair` of each voxel and its neighbour along y.
-fn paired<T: Copy + Sync, P: Copy + Default + Send>(voxels: &[T], [nx, ny, _]: [usize; 3], pair: impl Fn(T, T) -> P + Sync) -> Vec<P> {
-    let layer = nx * ny;
-    let mut pairs = vec![P::default(); voxels.len()];
-    pairs.par_chunks_mut(layer).zip(voxels.par_chunks(layer)).for_each(|(pairs, voxels)| {
-        let next = voxels[nx.min(layer)..].iter().chain(&voxels[layer - nx..]);
-        for ((to, &here), &below) in pairs.iter_mut().zip(voxels).zip(next) {
-            *to = pair(here, below);
+fn paired<T: Copy + Sync, P: Copy + Default + Send>(
+    voxels: &[T],
+    [nx, ny, nz]: [usize; 3],
+    [row, layer]: [usize; 2],
+    pair: impl Fn(T, T) -> P + Sync,
+) -> Vec<P> {
+    let mut pairs = vec![P::default(); layer * (nz - 1) + row * (ny - 1) + nx];
+    pairs.par_chunks_mut(layer).zip(voxels.par_chunks(nx * ny)).for_each(|(pairs, voxels)| {
+        for (y, (to, here)) in pairs.chunks_mut(row).zip(voxels.chunks_exact(nx)).enumerate() {
+            let below = &voxels[(y + 1).min(ny - 1) * nx..][..nx];
+            for ((to, &here), &below) in to.iter_mut().zip(here).zip(below) {
+                *to = pair(here, below);
+            }
         }
     });
     pairs
@@ -55,16 +95,39 @@ mod tests {
 
     #[test]
     fn every_voxel_is_paired_with_its_neighbour_along_y() {
-        for dims in [[3, 4, 2], [2, 1, 3], [5, 2, 1]] {
+        for dims in [[3, 4, 2], [2, 1, 3], [5, 2, 1], [64, 64, 3], [1024, 33, 2], [512, 20, 2]] {
             let [nx, ny, nz] = dims;
             let below = |i: usize| if i / nx % ny + 1 < ny { i + nx } else { i };
             let bytes: Vec<u8> = (0..nx * ny * nz).map(|i| (i * 37) as u8).collect();
-            let want = (0..bytes.len()).map(|i| u16::from_le_bytes([bytes[i], bytes[below(i)]])).collect();
-            assert_eq!(Packed::new(&Voxels::U8(bytes.clone().into()), dims), Some(Packed::Pairs8(want)), "{dims:?}");
+            let packed = Packed::new(&Voxels::U8(bytes.clone().into()), dims).unwrap();
+            let Pairs::Of8(pairs) = packed.pairs else { panic!("{dims:?}") };
+            let at = |i: usize, [row, layer]: [usize; 2]| i % nx + i / nx % ny * row + i / (nx * ny) * layer;
+            for i in 0..bytes.len() {
+                assert_eq!(pairs[at(i, packed.strides)].to_le_bytes(), [bytes[i], bytes[below(i)]], "{dims:?} {i}");
+            }
+            assert_eq!(pairs.len(), at(bytes.len() - 1, packed.strides) + 1);
             let words: Vec<i16> = (0..nx * ny * nz).map(|i| (i * 3700) as i16).collect();
             let bits = |i: usize| u32::from(words[i] as u16);
-            let want = (0..words.len()).map(|i| bits(below(i)) << 16 | bits(i)).collect();
-            assert_eq!(Packed::new(&Voxels::I16(words.clone().into()), dims), Some(Packed::Pairs16(want)), "{dims:?}");
+            let packed = Packed::new(&Voxels::I16(words.clone().into()), dims).unwrap();
+            let Pairs::Of16(pairs) = packed.pairs else { panic!("{dims:?}") };
+            for i in 0..words.len() {
+                assert_eq!(pairs[at(i, packed.strides)], bits(below(i)) << 16 | bits(i), "{dims:?} {i}");
+            }
+        }
+    }
+
+    #[test]
+    fn lines_of_neighbours_do_not_share_a_place_and_gaps_are_small() {
+        for dims in [[256, 256, 256], [512, 512, 100], [1024, 1024, 30], [64, 64, 64], [256, 256, 113], [128, 100, 50], [100, 90, 80]] {
+            for bytes in [2, 4] {
+                let [row, layer] = strides(dims, bytes);
+                let [nx, ny, _] = dims;
+                assert!(row >= nx && layer >= row * ny, "{dims:?}");
+                assert!(16 * (layer - nx * ny) <= nx * ny, "{dims:?}: {row} {layer}");
+                let layers = layer * bytes / LINE;
+                assert!(nx * ny * bytes < 32 * 1024 || layers % 2 == 1, "{dims:?}: {layers} lines");
+                assert!((row * bytes) % (32 * LINE) != 0);
+            }
         }
     }
 

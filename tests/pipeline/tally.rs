@@ -7,7 +7,7 @@ use slicestack::{RenderStats, Scene, Volume};
 fn adds_up(stats: &RenderStats, case: &str) {
     let t = &stats.tally;
     assert_eq!(t.fragments, stats.fragments, "{case}");
-    assert_eq!(t.fragments + t.corners, t.looked_up + t.empty + t.finished, "{case}: {t:?}");
+    assert_eq!(t.fragments + t.corners, t.looked_up + t.empty + t.finished + t.merged, "{case}: {t:?}");
     assert_eq!(stats.fetches, t.looked_up + t.beside + t.between, "{case}: {t:?}");
     assert!(t.whole_batches <= t.batches && t.missed_blocks <= t.blocks && t.beside < 64 * t.batches.max(1), "{case}: {t:?}");
     assert!(t.empty == 0 || t.empty_batches > 0, "{case}: {t:?}");
@@ -23,7 +23,8 @@ fn fragments_and_lookups_add_up() {
     let half = Volume::new(oblique(dims), fill::<u8>(dims, &|[x, y, z]| if x + 0.2 * y > 0.1 { 150.0 + 50.0 * z } else { 0.0 })).unwrap();
     let step = TransferFunction::new(vec![(100.0, [1.0, 0.5, 0.1])], vec![(60.0, 0.0), (60.0, 0.3)]).unwrap();
     let by = |classification| Method { classification, ..Method::default() };
-    let methods = [by(Classification::Post), by(Classification::SecondOrder), Method { ends: Ends::Whole, ..Method::default() }];
+    let merged = Method { merge: true, ..Method::default() };
+    let methods = [merged, by(Classification::Post), by(Classification::SecondOrder), Method { ends: Ends::Whole, ..Method::default() }];
     let literal = Fog::new(FogMode::Exp { density: 0.0 }, [1.0; 3]).unwrap().with_weighting(FogWeighting::Literal);
     let (mut finished, mut empty, mut corners) = (0, 0, 0);
     for camera in

@@ -268,6 +268,11 @@ pub(crate) fn samples() -> Vec<Sample> {
         cloud(20, VoxelType::U8),
         thin(by(near(s()).with_order(Order::BackToFront), Method { target: Target::Unorm8, ..base })),
     );
+    let merged = Method { merge: true, ..base };
+    add("merged", head(), by(near(s()), merged));
+    let fog = |s: Scene| foggy(s, FogMode::Exp { density: 0.02 }, FogDistance::Planar, FogWeighting::Alpha);
+    add("merged-fog", cloud(20, VoxelType::U16), fog(thin(by(near(scene((48, 40), 200)), merged))));
+    add("merged-thick", head(), by(looked(few(), 30.0, 20.0, 0.0, 1.3, PARALLEL), merged));
     let kept = Method { accumulation: Accumulation::Compensated, ..base };
     add("compensated", head(), by(near(s()), kept));
     add("compensated-back-to-front", head(), by(near(s()).with_order(Order::BackToFront), kept));

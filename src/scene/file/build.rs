@@ -212,6 +212,8 @@ impl Builder<'_> {
             scene = scene.with_terminate(t as f32)?;
         }
         scene = scene.with_method(self.method())?;
+        let back = d.slices.merge == Some(true) && scene.order() == Order::BackToFront;
+        self.refuse(&[("slices.merge", back)], "is for slices blended front to back: it goes by the light that they still get through")?;
         let fog = self.fog()?;
         scene = scene.with_fogged_background(d.fog.background == Some(true)).with_fog(fog);
         let planes: Result<Vec<ClipPlane>> = d.clip.iter().map(|c| ClipPlane::new(DVec3::from_array(c.normal), c.offset)).collect();
@@ -244,6 +246,7 @@ impl Builder<'_> {
                 Some(AccumulationKey::Compensated) => Accumulation::Compensated,
             },
             extrapolate: s.extrapolate == Some(true),
+            merge: s.merge == Some(true),
         }
     }
 
@@ -290,6 +293,8 @@ impl Builder<'_> {
         let kind = r.blend.unwrap_or(BlendKey::Over);
         self.refuse(&[("render.threshold", r.threshold.is_some() && kind != BlendKey::Lmip)], "is for render.blend = \"lmip\" alone")?;
         self.refuse(&[("render.level", r.level.is_some() && kind != BlendKey::Iso)], "is for render.blend = \"iso\" alone")?;
+        let merge = self.document.slices.merge == Some(true);
+        self.refuse(&[("slices.merge", merge && kind != BlendKey::Over)], "is for render.blend = \"over\" alone")?;
         Ok(match kind {
             BlendKey::Over => Blend::Over,
             BlendKey::Mip => Blend::Mip,

@@ -150,6 +150,8 @@ pub(super) struct SliceKeys {
     pub accumulation: Option<AccumulationKey>,
     /// Whether pictures of N and 2 N slices are extrapolated to infinitely many.
     pub extrapolate: Option<bool>,
+    /// Whether three slabs become one where colour and opacity hardly change, or hardly any light comes from.
+    pub merge: Option<bool>,
 }
 
 #[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]

@@ -152,6 +152,7 @@ impl Builder<'_> {
             ("slices.ends", s.ends == Some(super::keys::EndsKey::Partial)),
             ("slices.accumulation", s.accumulation.is_some()),
             ("slices.extrapolate", s.extrapolate.is_some()),
+            ("slices.merge", s.merge.is_some()),
         ];
         self.refuse(&accurate, "belongs to the profile accurate; opengl draws every slice as a whole slab")?;
         if d.fog.mode.is_none() {

@@ -1,0 +1,349 @@
+//! What bricks hold: whether the transfer function shows anything of them, and how much colour and opacity change there.
+//!
+//! A frame asks of eight runs of slices at once what a block's rays can touch on them. Every brick stands for the greatest class of a
+//! window of bricks from it on; windows are so large that two along each axis cover such a run's box, whatever its place.
+//!
+//! ```text
+//!   box of bricks   . . x x x x x . .
+//!   two windows         [first  ]          any box from one to two windows wide is covered exactly
+//!                         [ last  ]
+//! ```
+
+use crate::fragment::batch::SIDE;
+use crate::lanes::{Kernel, Lanes};
+use crate::proxy::{HalfSpace, Stack};
+use crate::scene::MAX_SLICES;
+use crate::volume::bricks::{BRICK, Bricks};
+use rayon::prelude::*;
+use std::array;
+
+/// Runs looked at at once, at most.
+pub(super) const LOOKS: usize = 64;
+/// Runs of a coarse run, and bricks of a coarse brick along each axis.
+pub(super) const RUNS: i64 = 8;
+const COARSE: usize = 4;
+
+/// A class for each brick: 0 where nothing shows.
+#[derive(Debug, Clone)]
+pub(crate) struct Contents {
+    dims: [usize; 3],
+    classes: Vec<u8>,
+    shown: usize,
+}
+
+impl Contents {
+    /// Contents of `bricks`, where `class` tells that of a range of stored values.
+    pub(crate) fn new(bricks: &Bricks, class: impl Fn(f64, f64) -> u8 + Sync) -> Self {
+        let classes: Vec<u8> = bricks.ranges.par_iter().map(|&(lo, hi)| class(f64::from(lo), f64::from(hi))).collect();
+        let shown = classes.par_iter().filter(|&&c| c > 0).count();
+        Self { dims: bricks.dims, classes, shown }
+    }
+
+    /// Share of bricks in which anything shows.
+    pub(crate) fn share(&self) -> f64 {
+        self.shown as f64 / self.classes.len() as f64
+    }
+
+    /// The greatest classes of coarse bricks.
+    fn coarse(&self) -> ([usize; 3], Vec<u8>) {
+        let dims = self.dims.map(|n| n.div_ceil(COARSE));
+        let mut classes = vec![0u8; dims.iter().product()];
+        let layer = self.dims[0] * self.dims[1];
+        classes.par_chunks_exact_mut(dims[0] * dims[1]).zip(self.classes.par_chunks(layer * COARSE)).for_each(|(to, from)| {
+            for (y, row) in from.chunks_exact(self.dims[0]).enumerate() {
+                let to = &mut to[y % self.dims[1] / COARSE * dims[0]..][..dims[0]];
+                for (to, four) in to.iter_mut().zip(row.chunks(COARSE)) {
+                    *to = four.iter().fold(*to, |a, &b| a.max(b));
+                }
+            }
+        });
+        (dims, classes)
+    }
+}
+
+/// The greatest classes of windows of bricks.
+#[derive(Debug, Clone)]
+pub(crate) struct Windows {
+    dims: [usize; 3],
+    /// Sides of a window in bricks: powers of two.
+    sides: [usize; 3],
+    /// Cells along a brick's side.
+    cells: usize,
+    /// The last brick, twice, to clamp first and last bricks to.
+    top: [f32; 8],
+    /// By how much boxes of f32 coordinates are too small at most, in bricks.
+    slack: f64,
+    classes: Vec<u8>,
+}
+
+impl Windows {
+    fn new(dims: [usize; 3], mut classes: Vec<u8>, sides: [usize; 3], cells: usize) -> Self {
+        let [x, y, z] = dims.map(|n| (n - 1) as f32);
+        for (axis, side) in sides.into_iter().enumerate() {
+            for step in (0..).map(|n| 1usize << n).take_while(|step| step < &side) {
+                widen(&mut classes, dims, axis, step);
+            }
+        }
+        // A thousandth of a cell for the texture coordinates' own rounding.
+        let slack = 1e-3 / cells as f64 + 1e-6 * dims.into_iter().max().unwrap_or(1) as f64;
+        Self { dims, sides, cells, top: [x, y, z, 0.0, x, y, z, 0.0], slack, classes }
+    }
+
+    /// The greatest class of bricks `first` to `last` along each axis, all of them in the grid; of any, where they are too many.
+    #[inline(always)]
+    fn greatest(&self, first: [i32; 3], last: [i32; 3]) -> u8 {
+        let [dx, dy, _] = self.dims;
+        let (first, last) = (first.map(|v| v as usize), last.map(|v| v as usize));
+        let second: [usize; 3] = array::from_fn(|i| first[i].max((last[i] + 1).saturating_sub(self.sides[i])));
+        if (0..3).any(|i| second[i] > first[i] + self.sides[i]) {
+            return u8::MAX;
+        }
+        let mut class = 0;
+        for z in [first[2], second[2]] {
+            for y in [first[1], second[1]] {
+                let row = (z * dy + y) * dx;
+                class = class.max(self.classes[row + first[0]]).max(self.classes[row + second[0]]);
+            }
+        }
+        class
+    }
+
+    /// The greatest class of what lookups between index coordinates `lo` and `hi` can touch, or a greater one.
+    pub(super) fn class(&self, lo: [f64; 3], hi: [f64; 3]) -> u8 {
+        let brick = |v: f64, i: usize| ((v / self.cells as f64) as i32).clamp(0, self.dims[i] as i32 - 1);
+        let slack = self.slack * self.cells as f64;
+        self.greatest(array::from_fn(|i| brick(lo[i] - slack, i)), array::from_fn(|i| brick(hi[i] + slack, i)))
+    }
+}
+
+/// Each class becomes the greater of its own and the one `step` further along `axis`, as far as there is one.
+fn widen(classes: &mut [u8], [dx, dy, dz]: [usize; 3], axis: usize, step: usize) {
+    let layer = dx * dy;
+    let greater = |to: &mut [u8], from: &[u8]| to.iter_mut().zip(from).for_each(|(a, b)| *a = (*a).max(*b));
+    match axis {
+        0 => classes.par_chunks_exact_mut(dx).with_min_len(256).for_each(|row| {
+            for x in step..dx {
+                row[x - step] = row[x - step].max(row[x]);
+            }
+        }),
+        1 => classes.par_chunks_exact_mut(layer).for_each(|layer| {
+            for y in step..dy {
+                let (to, from) = layer.split_at_mut(y * dx);
+                greater(&mut to[(y - step) * dx..(y - step + 1) * dx], &from[..dx]);
+            }
+        }),
+        _ => {
+            for z in step..dz {
+                let (to, from) = classes.split_at_mut(z * layer);
+                greater(&mut to[(z - step) * layer..(z - step + 1) * layer], &from[..layer]);
+            }
+        }
+    }
+}
+
+/// Contents as a frame looks at them.
+#[derive(Debug, Clone)]
+pub(crate) struct Sight {
+    /// Whether anything shows anywhere.
+    pub(super) any: bool,
+    pub(super) fine: Windows,
+    pub(super) coarse: Windows,
+}
+
+/// Sides of windows, in bricks and in coarse bricks.
+pub(crate) type Sides = [[usize; 3]; 2];
+
+impl Sight {
+    /// `contents` in windows of `sides`.
+    pub(crate) fn new(contents: &Contents, sides: Sides) -> Self {
+        let (dims, classes) = contents.coarse();
+        Self {
+            any: contents.shown > 0,
+            fine: Windows::new(contents.dims, contents.classes.clone(), sides[0], BRICK),
+            coarse: Windows::new(dims, classes, sides[1], COARSE * BRICK),
+        }
+    }
+
+    /// Sides of its windows.
+    pub(crate) fn sides(&self) -> Sides {
+        [self.fine.sides, self.coarse.sides]
+    }
+}
+
+/// The runs of a frame's slices.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Runs {
+    /// Slices of a run.
+    pub(super) slices: i64,
+    /// Slices that one of them needs besides its own.
+    pub(super) back: i64,
+    /// Whether a run's slices are worth a look each.
+    pub(super) thick: bool,
+    /// Sides of windows that two of cover the boxes of runs and of coarse runs.
+    pub(crate) sides: Sides,
+}
+
+impl Runs {
+    /// Runs of `stack`, in whole multiples of `unit` slices. With slabs `between` slices each reaches back to the slice before.
+    pub(crate) fn new(stack: &Stack, between: bool, unit: i64) -> Self {
+        let (w, h) = (f64::from(stack.view.width), f64::from(stack.view.height));
+        let along = |f: &HalfSpace, x: f64, y: f64| (f.g + if stack.perspective { f.b * x + f.c * y } else { 0.0 }).abs() * stack.spacing;
+        let cells = stack.index.iter().map(|f| along(f, 0.5 * w, 0.5 * h)).fold(0.0, f64::max);
+        // No frame has more.
+        let thin = ((THIN / cells) as i64).min(MAX_SLICES as i64);
+        let slices = (thin / unit * unit).max(unit);
+        let back = i64::from(between);
+        let scale = if stack.perspective { stack.far } else { 1.0 };
+        let sides = [1, RUNS].map(|runs| {
+            let planes = (slices * runs - 1 + back) as f64;
+            let brick = (if runs == 1 { BRICK } else { COARSE * BRICK }) as f64;
+            array::from_fn(|i| {
+                let f = &stack.index[i];
+                let steepest = [(0.0, 0.0), (w, 0.0), (0.0, h), (w, h)].iter().map(|&(x, y)| along(f, x, y)).fold(0.0, f64::max);
+                let cells = scale * (SIDE - 1) as f64 * (f.b.abs() + f.c.abs()) + planes * steepest;
+                // The fewest bricks that such a box touches, wherever it lies; one more is the most.
+                let least = (cells / brick) as usize + 1;
+                1 << least.min(stack.dims[i]).ilog2()
+            })
+        });
+        Self { slices, back, thick: thin < unit, sides }
+    }
+}
+
+/// Cells along the rays' main axis that a run crosses at most, if it has more than one slice: to look at fewer does not pay.
+const THIN: f64 = 1.5;
+
+/// Boxes of runs of slices, each a step further than the one before.
+#[derive(Debug, Clone)]
+pub(crate) struct Look<'w> {
+    windows: &'w Windows,
+    /// Least x, y, z of the first box, and greatest; in bricks.
+    at: [f32; 8],
+    step: [f32; 8],
+    count: usize,
+}
+
+impl<'w> Look<'w> {
+    /// `count` boxes: `at` and `step` in cells.
+    pub(super) fn new(windows: &'w Windows, at: [f64; 8], step: [f64; 8], count: usize) -> Self {
+        let per_cell = 1.0 / windows.cells as f64;
+        let slack = |i: usize| if i < 4 { -windows.slack } else { windows.slack };
+        Self {
+            windows,
+            at: array::from_fn(|i| (at[i] * per_cell + slack(i)) as f32),
+            step: array::from_fn(|i| (step[i] * per_cell) as f32),
+            count: count.min(LOOKS),
+        }
+    }
+}
+
+/// Classes of what boxes hold.
+pub(crate) type Looked = [u8; LOOKS];
+
+/// Finds them.
+pub(crate) struct LookAt;
+
+impl<'w> Kernel<Look<'w>, Looked> for LookAt {
+    #[inline(always)]
+    fn run<L: Lanes>(look: &Look<'w>, classes: &mut Looked) {
+        let (at, step) = (L::load(&look.at), L::load(&look.step));
+        let (zero, top) = (L::splat(0.0), L::load(&look.windows.top));
+        for (n, class) in classes[..look.count].iter_mut().enumerate() {
+            let x = L::add(at, L::mul(step, L::splat(n as f32)));
+            let mut bricks = [0; 8];
+            L::store_i(L::trunc(L::min(L::max(x, zero), top)), &mut bricks);
+            let [x0, y0, z0, _, x1, y1, z1, _] = bricks;
+            *class = look.windows.greatest([x0, y0, z0], [x1, y1, z1]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lanes::Level;
+    use crate::volume::Voxels;
+
+    const DIMS: [usize; 3] = [70, 41, 55];
+
+    fn contents() -> (Bricks, Contents) {
+        let values: Vec<u8> = (0..DIMS.iter().product::<usize>())
+            .map(|i| {
+                let [x, y, z] = [i % 70, i / 70 % 41, i / 2870];
+                if (x / 9 + y / 7 + z / 11) % 3 == 0 { (x + y) as u8 } else { 0 }
+            })
+            .collect();
+        let bricks = Bricks::new(&Voxels::U8(values.into()), DIMS);
+        let contents = Contents::new(&bricks, |_, hi| hi as u8);
+        (bricks, contents)
+    }
+
+    /// The greatest class of the bricks of `cells` cells between two points, one by one; and the bricks along each axis.
+    fn brute(bricks: &Bricks, lo: [f64; 3], hi: [f64; 3], cells: usize) -> (u8, [usize; 3]) {
+        let brick = |v: f64, i: usize| (v.max(0.0) as usize / cells).min((DIMS[i] - 2) / cells);
+        let (a, b): ([usize; 3], [usize; 3]) = (array::from_fn(|i| brick(lo[i], i)), array::from_fn(|i| brick(hi[i], i)));
+        let fine = |i: usize, at: usize| at * cells / BRICK..((at + 1) * cells / BRICK).min(bricks.dims[i]);
+        let mut most = 0;
+        for z in fine(2, a[2]).start..fine(2, b[2]).end {
+            for y in fine(1, a[1]).start..fine(1, b[1]).end {
+                for x in fine(0, a[0]).start..fine(0, b[0]).end {
+                    most = most.max(bricks.ranges[(z * bricks.dims[1] + y) * bricks.dims[0] + x].1 as u8);
+                }
+            }
+        }
+        (most, array::from_fn(|i| b[i] - a[i] + 1))
+    }
+
+    #[test]
+    fn two_windows_along_each_axis_cover_a_box_and_nothing_else() {
+        let (bricks, contents) = contents();
+        let (mut exact, mut empty) = (0, 0);
+        for sides in [[[1, 1, 1], [1, 1, 1]], [[2, 2, 2], [1, 2, 1]], [[4, 2, 1], [2, 1, 2]], [[8, 8, 8], [4, 2, 2]]] {
+            let sight = Sight::new(&contents, sides);
+            assert_eq!(sight.sides(), sides);
+            for case in 0..3000usize {
+                let lo = [case * 7 % 73, case * 5 % 44, case * 3 % 58].map(|v| v as f64 - 1.5);
+                let hi = [lo[0] + (case % 17) as f64, lo[1] + (case % 13) as f64, lo[2] + (case % 29) as f64];
+                for (windows, sides, cells) in [(&sight.fine, sides[0], BRICK), (&sight.coarse, sides[1], COARSE * BRICK)] {
+                    let (want, count) = brute(&bricks, lo, hi, cells);
+                    let got = windows.class(lo, hi);
+                    assert!(got >= want, "{lo:?} {hi:?} in windows of {sides:?}: {got}, not {want}");
+                    if (0..3).all(|i| (sides[i]..=2 * sides[i]).contains(&count[i])) {
+                        assert_eq!(got, want, "{lo:?} {hi:?} in windows of {sides:?}");
+                        exact += 1;
+                        empty += usize::from(got == 0);
+                    } else if (0..3).any(|i| count[i] > 2 * sides[i]) {
+                        assert_eq!(got, u8::MAX);
+                    }
+                }
+            }
+        }
+        assert!(exact > 1000 && empty > 100, "{exact} exact, {empty} empty");
+    }
+
+    #[test]
+    fn runs_are_seen_alike_at_every_level_and_never_overlooked() {
+        let (bricks, contents) = contents();
+        let sight = Sight::new(&contents, [[2, 2, 2], [1, 1, 1]]);
+        for case in 0..300 {
+            let at: [f64; 8] = array::from_fn(|i| f64::from((case * (7 + i as i32)) % 60) * 0.83 - 3.0 + if i < 4 { 0.0 } else { 5.0 });
+            let step: [f64; 8] = array::from_fn(|i| f64::from(case % 11 - 5) * 0.31 * (1.0 + 0.1 * (i % 4) as f64));
+            let look = Look::new(&sight.fine, at, step, 20);
+            let seen = |level: Level| {
+                let mut classes = [0; LOOKS];
+                level.kernel::<LookAt, Look<'_>, Looked>()(&look, &mut classes);
+                classes
+            };
+            let want = seen(Level::SCALAR);
+            for level in Level::available() {
+                assert_eq!(seen(level), want, "{}", level.name());
+            }
+            for (n, &class) in want[..20].iter().enumerate() {
+                let (lo, hi) = (array::from_fn(|i| at[i] + n as f64 * step[i]), array::from_fn(|i| at[4 + i] + n as f64 * step[4 + i]));
+                if (0..3).all(|i| lo[i] <= hi[i]) {
+                    assert!(class >= brute(&bricks, lo, hi, BRICK).0, "run {n} of {at:?}");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,88 @@
+//! Three slabs as one: fewer lookups for the same error, and the same pictures however they are made.
+
+use super::{PARALLEL, WIDE, constant, fill, oblique, orbit, render};
+use slicestack::reference::{Region, image, metrics};
+use slicestack::scene::{Blend, Classification, Method, Order, Slicing};
+use slicestack::volume::phantom::Phantom;
+use slicestack::{Renderer, Scene, Settings, Volume};
+
+fn merged() -> Method {
+    Method { merge: true, ..Method::default() }
+}
+
+#[test]
+fn nothing_changes_where_everything_is_the_same() {
+    let dims = [40, 33, 28];
+    let volume = Volume::new(oblique(dims), fill::<u8>(dims, &|_| 100.0)).unwrap();
+    for camera in [orbit(30.0, 20.0, 1.3, PARALLEL), orbit(45.0, 60.0, 0.9, WIDE)] {
+        let scene = Scene::new(constant([1.0, 0.5, 0.2], 0.05)).with_camera(camera).with_size(120, 100).unwrap().with_terminate(0.0).unwrap();
+        let scene = scene.with_slices(Slicing::Count(90)).unwrap();
+        let (plain, all) = render(&volume, &scene);
+        let (merged, some) = render(&volume, &scene.with_method(merged()).unwrap());
+        assert!(10 * some.fetches < 8 * all.fetches, "{} lookups, {} without", some.fetches, all.fetches);
+        assert!(4 * some.tally.merged > all.fragments && all.tally.merged == 0);
+        for (a, b) in plain.pixels().iter().flatten().zip(merged.pixels().iter().flatten()) {
+            assert!((a - b).abs() < 2e-5, "{a} {b}");
+        }
+    }
+}
+
+#[test]
+fn the_same_error_takes_fewer_lookups() {
+    for phantom in [Phantom::DistanceField, Phantom::MarschnerLobb, Phantom::Cloud] {
+        let volume = phantom.volume(64).unwrap();
+        let scene = Scene::new(phantom.default_transfer()).with_opacity_unit(Phantom::opacity_unit(64)).unwrap();
+        let scene = scene.with_size(80, 72).unwrap().with_camera(orbit(25.0, 15.0, 1.2, PARALLEL));
+        let truth = image(&scene, &volume, Region::whole(&scene)).unwrap();
+        let truth = metrics::Displayed::over_black(80, truth.pixels()).unwrap();
+        let made = |count: u64, method: Method| {
+            let scene = scene.clone().with_slices(Slicing::Count(count)).unwrap().with_method(method).unwrap();
+            let (picture, stats) = render(&volume, &scene);
+            let ours = metrics::Displayed::over_black(80, picture.pixels()).unwrap();
+            (metrics::difference(&ours, &truth).unwrap().rms, stats.fetches)
+        };
+        let (rms, fetches) = made(150, Method::default());
+        let (merged_rms, merged_fetches) = made(150, merged());
+        let name = phantom.name();
+        println!("{name}: error {rms:.2e} with {fetches} lookups, merged {merged_rms:.2e} with {merged_fetches}");
+        // The error falls with the square of the number of slices.
+        let worth = merged_fetches as f64 / fetches as f64 * (merged_rms / rms).sqrt();
+        assert!(worth < 0.95, "{name}: lookups for the same error {worth:.2}");
+    }
+}
+
+#[test]
+fn how_it_runs_does_not_matter() {
+    let volume = Phantom::Cloud.volume(48).unwrap();
+    let scene = Scene::new(Phantom::Cloud.default_transfer()).with_opacity_unit(Phantom::opacity_unit(48)).unwrap();
+    let scene = scene.with_size(91, 77).unwrap().with_camera(orbit(25.0, 15.0, 0.9, WIDE)).with_method(merged()).unwrap();
+    let run = |threads: usize, tile: u32| {
+        let settings = Settings { threads: Some(threads), tile: Some(tile), ..Settings::default() };
+        let (picture, stats) = Renderer::new(&volume, settings).render(&scene).unwrap();
+        (picture.sha256(), stats.fetches, stats.tally)
+    };
+    let want = run(1, 64);
+    assert!(want.2.merged > 0);
+    for (threads, tile) in [(2, 8), (3, 13), (2, 1), (1, 100)] {
+        assert_eq!(run(threads, tile), want, "{threads} threads, tiles of {tile}");
+    }
+}
+
+#[test]
+fn what_it_cannot_do_is_refused_or_left_alone() {
+    let scene = Scene::new(constant([1.0; 3], 0.1));
+    let second = Method { classification: Classification::SecondOrder, ..merged() };
+    let said = scene.clone().with_method(second).unwrap_err().to_string();
+    assert!(said.starts_with("slices merge: "), "{said}");
+    let volume = Phantom::Cloud.volume(20).unwrap();
+    for scene in [
+        scene.clone().with_order(Order::BackToFront),
+        scene.clone().with_blend(Blend::Add).unwrap(),
+        scene.clone().with_blend(Blend::Mip).unwrap(),
+    ] {
+        let (plain, _) = render(&volume, &scene);
+        let (merged, stats) = render(&volume, &scene.with_method(merged()).unwrap());
+        assert_eq!(plain.sha256(), merged.sha256());
+        assert_eq!(stats.tally.merged, 0);
+    }
+}
