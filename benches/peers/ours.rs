@@ -31,6 +31,7 @@ pub(crate) struct Way {
 /// What a method is called.
 pub(crate) fn method_name(method: &Method) -> &'static str {
     match method.classification {
+        Classification::Post if method.merge => "merged",
         Classification::Post => "midpoint",
         Classification::SecondOrder => "second-order",
         Classification::PreIntegrated => "pre-integrated",
@@ -51,12 +52,12 @@ impl<'c> Ours<'c> {
         Ok((stats.render_seconds, stats))
     }
 
-    /// The fewest slices of midpoint and of second-order slabs whose error is `error` at most; a method that never gets there is
-    /// left out.
+    /// The fewest slices of midpoint slabs, merged ones and second-order ones whose error is `error` at most; a method that never gets there
+    /// is left out.
     pub(crate) fn counted(&self, judge: &Judge, error: f64) -> Result<Vec<Way>, Box<dyn Error>> {
         let mut ways = Vec::new();
-        for classification in [Classification::Post, Classification::SecondOrder] {
-            let method = Method { classification, ..Method::default() };
+        let plain = Method::default();
+        for method in [plain, Method { merge: true, ..plain }, Method { classification: Classification::SecondOrder, ..plain }] {
             let terminate = self.case.scene.terminate().min((TERMINATE * error) as f32);
             let base = self.case.scene.clone().with_method(method)?.with_terminate(terminate)?;
             let make = |count: u64| self.way(judge, base.clone().with_slices(Slicing::Count(count))?);

@@ -91,12 +91,13 @@ impl CellLoad {
         let room = self.reach().and_then(|r| len.checked_sub(1)?.checked_sub(r)?.checked_sub(self.base));
         let Some(room) = room else { return false };
         let limit = L::splat_i(i32::try_from(room).unwrap_or(i32::MAX));
-        let mut outside = 0;
+        let zero = L::splat_i(0);
+        let (mut least, mut most) = (zero, zero);
         for_rows!(rows, r => {
             let o = L::load_i(row(offsets, r));
-            outside |= L::bits(L::gt_i(o, limit)) | L::bits(L::gt_i(L::splat_i(0), o));
+            (least, most) = (L::min_i(least, o), L::max_i(most, o));
         });
-        outside == 0
+        L::bits(L::gt_i(zero, least)) | L::bits(L::gt_i(most, limit)) == 0
     }
 
     /// Loads every corner of the cells in `rows` on its own, whatever the strides, as f32, through `map` where one is given.
