@@ -12,10 +12,14 @@ impl<'v> Kernel<Frame<'v>, Batch> for MaskStage {
     #[inline(always)]
     fn run<L: Lanes>(_: &Frame<'v>, batch: &mut Batch) {
         for_rows!(batch.shown, r => {
-            let covered = L::from_bits((batch.mask >> (8 * r)) as u8);
-            for channel in batch.color.iter_mut().chain([&mut batch.alpha]) {
-                let c = row_mut(channel, r);
-                L::store(L::keep(covered, L::load(c)), c);
+            let bits = (batch.mask >> (8 * r)) as u8;
+            if bits != u8::MAX {
+                let covered = L::from_bits(bits);
+                let [red, green, blue] = &mut batch.color;
+                for channel in [red, green, blue, &mut batch.alpha] {
+                    let c = row_mut(channel, r);
+                    L::store(L::keep(covered, L::load(c)), c);
+                }
             }
         });
     }

@@ -13,9 +13,13 @@ impl<'v> Kernel<Frame<'v>, Batch> for Correct {
         let one = L::splat(1.0);
         for_rows!(batch.shown, r => {
             let length = L::load(row(&batch.length, r));
-            let alpha = L::load(row(&batch.alpha, r));
             // Whole slabs keep their bits, so that a batch's other pixels do not matter.
             let whole = L::and(L::le(length, one), L::le(one, length));
+            // Fragments that are not covered are masked out next.
+            if !L::bits(whole) & (batch.mask >> (8 * r)) as u8 == 0 {
+                continue;
+            }
+            let alpha = L::load(row(&batch.alpha, r));
             let corrected = L::select(whole, alpha, opacity_for_ratio::<L>(alpha, length));
             // Where alpha is 0 the colour is 0 too: any finite factor serves.
             let opaque = L::lt(L::splat(0.0), alpha);
