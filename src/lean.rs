@@ -17,7 +17,11 @@ pub(crate) fn extra<T>(part: Option<T>) -> Option<T> {
 
 /// Refuses what a lean build would draw wrongly.
 pub(crate) fn check(scene: &Scene, non_finite: usize) -> Result<()> {
-    let plain = scene.fog().is_none() && scene.clip_planes().is_empty() && !scene.method().is_pre_integrated() && !scene.method().merge && non_finite == 0;
+    let plain = scene.fog().is_none()
+        && scene.clip_planes().is_empty()
+        && !scene.method().is_pre_integrated()
+        && !scene.method().merge
+        && non_finite == 0;
     if LEAN && !plain {
         return Err(Error::invalid("this build (slicestack_lean) draws plain scenes alone: no fog, clip planes or pre-integration"));
     }

@@ -46,6 +46,28 @@ fn the_true_error_is_what_was_asked_for() {
 }
 
 #[test]
+fn a_sample_of_blocks_tells_how_many_slices_it_takes() {
+    let phantom = Phantom::MarschnerLobb;
+    let volume = phantom.volume(SIZE).unwrap();
+    let large = |tolerance| scene(phantom, tolerance).with_size(240, 208).unwrap();
+    let truth = image(&large(1.0), &volume, Region::whole(&large(1.0))).unwrap();
+    let truth = metrics::Displayed::over_black(240, truth.pixels()).unwrap();
+    for tolerance in [5e-3, 1e-3] {
+        let (picture, stats) = Renderer::new(&volume, Settings::default()).render(&large(tolerance)).unwrap();
+        let ours = metrics::Displayed::over_black(240, picture.pixels()).unwrap();
+        let rms = metrics::difference(&ours, &truth).unwrap().rms;
+        assert!(rms <= tolerance && rms > 0.2 * tolerance, "at {tolerance}: error {rms:.2e}");
+        // The same number of slices asked for gives the same picture, and most of the lookups went into it.
+        let counted = large(tolerance).with_slices(Slicing::Count(stats.slices)).and_then(|s| s.with_method(stats.method)).unwrap();
+        let (plain, alone) = Renderer::new(&volume, Settings::default()).render(&counted).unwrap();
+        if tolerance as f32 * 0.25 >= counted.terminate() {
+            assert_eq!(plain.sha256(), picture.sha256());
+        }
+        assert!(stats.tally.frames > 2 && stats.fetches < 3 * alone.fetches, "{} lookups, {} alone", stats.fetches, alone.fetches);
+    }
+}
+
+#[test]
 fn spikes_are_met_by_slabs_of_second_order() {
     let spikes = TransferFunction::new(
         vec![(0.0, [1.0, 0.3, 0.1]), (1.0, [0.2, 0.6, 1.0])],

@@ -37,7 +37,11 @@ impl ChangeClasses {
         let entry = |i: usize| table.get(i as i32)[0];
         // Least and greatest of each interval, both of its ends among them.
         let parts: Vec<[[f32; 4]; 2]> = (0..side)
-            .map(|i| (i * last / side..=(i + 1) * last / side).map(entry).fold([*entry(i * last / side); 2], |[a, b], e| [min(a, *e), max(b, *e)]))
+            .map(|i| {
+                (i * last / side..=(i + 1) * last / side)
+                    .map(entry)
+                    .fold([*entry(i * last / side); 2], |[a, b], e| [min(a, *e), max(b, *e)])
+            })
             .collect();
         let mut classes = vec![0; side * side];
         for i in 0..side {
@@ -45,11 +49,8 @@ impl ChangeClasses {
             for (j, &[a, b]) in parts.iter().enumerate().skip(i) {
                 (least, greatest) = (min(least, a), max(greatest, b));
                 let change = (0..4).map(|c| f64::from(greatest[c]) - f64::from(least[c])).fold(0.0, f64::max);
-                classes[i * side + j] = if greatest[3] > 0.0 {
-                    bounds.iter().skip(1).position(|&b| change <= b).map_or(LAST, |c| c as u8 + 1)
-                } else {
-                    0
-                };
+                classes[i * side + j] =
+                    if greatest[3] > 0.0 { bounds.iter().skip(1).position(|&b| change <= b).map_or(LAST, |c| c as u8 + 1) } else { 0 };
             }
         }
         let per_value = if high > low { side as f64 / (high - low) } else { 0.0 };

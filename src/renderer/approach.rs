@@ -2,7 +2,8 @@
 
 use super::Renderer;
 use super::frame::{Finished, Shot};
-use super::refine;
+use super::refine::{self, Reached};
+use super::survey::{self, Surveyed};
 use crate::plan::{Planned, Saving};
 use crate::proxy::Stack;
 use crate::raster::{BlockMask, Watch};
@@ -74,7 +75,12 @@ impl Renderer<'_> {
     }
 
     /// Does `work` with another scene in the place of the shot's own, where there is one.
-    fn in_stead<W: Watch, R>(&mut self, shot: &mut Shot<'_, W>, scene: Option<&Scene>, work: impl FnOnce(&mut Self, &mut Shot<'_, W>) -> R) -> R {
+    fn in_stead<W: Watch, R>(
+        &mut self,
+        shot: &mut Shot<'_, W>,
+        scene: Option<&Scene>,
+        work: impl FnOnce(&mut Self, &mut Shot<'_, W>) -> R,
+    ) -> R {
         let scene = scene.unwrap_or(shot.scene);
         let mut other = Shot { scene, view: shot.view, clock: std::mem::take(&mut shot.clock), watch: shot.watch.fresh() };
         let result = work(self, &mut other);
@@ -110,10 +116,24 @@ impl Renderer<'_> {
             Ok(())
         };
         let tried = std::cell::Cell::new(false);
+        // Frames that are no part of the picture.
+        let besides = std::cell::RefCell::new(None::<Finished>);
+        let cost = |part: Finished| match &mut *besides.borrow_mut() {
+            Some(all) => all.cost(&part),
+            none => *none = Some(part),
+        };
+        let sample = |count: u64, blocks: &BlockMask, pixels: &mut Vec<[f32; 4]>| {
+            let (renderer, shot, _) = &mut *parts.borrow_mut();
+            let mut some = Shot { scene: shot.scene, view: shot.view, clock: std::mem::take(&mut shot.clock), watch: () };
+            let part = renderer.frame(&mut some, count, terminate, Some(blocks), pixels);
+            shot.clock = some.clock;
+            cost(part?);
+            Ok(())
+        };
         let worth = |count: u64, blocks: &BlockMask, difference: f64| {
             let Some(method) = other else { return Ok(false) };
             tried.set(true);
-            let (renderer, shot, done) = &mut *parts.borrow_mut();
+            let (renderer, shot, _) = &mut *parts.borrow_mut();
             let scene = shot.scene.clone().with_method(method)?;
             let mut fine = vec![[0.0; 4]; width * height];
             let mut coarse = fine.clone();
@@ -122,13 +142,22 @@ impl Renderer<'_> {
                 .frame(&mut trial, count / 2, terminate, Some(blocks), &mut coarse)
                 .and_then(|a| Ok([a, renderer.frame(&mut trial, count, terminate, Some(blocks), &mut fine)?]));
             shot.clock = trial.clock;
-            frames?.iter().for_each(|f| done.iter_mut().for_each(|d| d.cost(f)));
+            frames?.into_iter().for_each(&cost);
             let others: f64 = refine::differences(&coarse, &fine, blocks).iter().sum();
             Ok(refine::better(difference, others))
         };
-        let reached = refine::refine(tolerance, (first, first_order), width, pixels, render, worth)?;
+        let reached = match survey::survey(tolerance, (first, first_order), (width, height), pixels, sample, worth)? {
+            Surveyed::Count(count, error) => {
+                render(count, None, pixels)?;
+                let all = BlockMask::none(width, height).len();
+                Some(Reached { error, levels: vec![(count, all)] })
+            }
+            Surveyed::Other => None,
+            Surveyed::Unsure => refine::refine(tolerance, (first, first_order), width, pixels, render, worth)?,
+        };
         let (_, _, done) = parts.into_inner();
         let Some((mut done, reached)) = done.zip(reached) else { return Ok(None) };
+        besides.into_inner().iter().for_each(|b| done.cost(b));
         if tried.into_inner() {
             let why = "tried on some blocks: their differences are not so much smaller that they pay";
             done.planned.push(Planned::new("pre-integrated slabs of second order", why, Saving::Unknown));

@@ -4,6 +4,7 @@ mod approach;
 mod frame;
 mod opengl;
 pub(crate) mod refine;
+mod survey;
 
 use crate::lanes::Level;
 use crate::opengl::{Texture, TextureKey};

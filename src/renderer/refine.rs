@@ -20,7 +20,7 @@ const MOST: u64 = 1 << 16;
 const AIM: f64 = 0.9;
 /// Squared error over the squared difference of the first two pictures, for methods of second order and more: on real data the
 /// first halving of slabs gains less than it will later.
-const FIRST_FACTOR: f64 = 0.35;
+pub(super) const FIRST_FACTOR: f64 = 0.35;
 /// Levels a block may gain nothing from before it is left as it is: rounding and tables end every series.
 const PATIENCE: u8 = 2;
 /// The level from which this counts: before it, slabs may be too thick to see what they cut.
@@ -47,6 +47,11 @@ pub(crate) struct Reached {
 /// The slice count to start from for a box `depth` deep with voxels `spacing` apart.
 pub(crate) fn first_count(depth: f64, spacing: f64) -> u64 {
     (libm::ceil(depth / (SPACINGS * spacing)) as u64).clamp(FIRST, FIRST_MOST)
+}
+
+/// Sum of squared errors aimed at, over the red, green and blue of so many pixels.
+pub(super) fn target(tolerance: f64, pixels: usize) -> f64 {
+    (AIM * tolerance) * (AIM * tolerance) * 3.0 * pixels as f64
 }
 
 /// The transmittance at which pixels may end for a tolerance.
@@ -80,14 +85,14 @@ pub(crate) fn refine(
     mut other: impl FnMut(u64, &BlockMask, f64) -> Result<bool>,
 ) -> Result<Option<Reached>> {
     let mask = BlockMask::none(width, pixels.len() / width);
-    let target = (AIM * tolerance) * (AIM * tolerance) * 3.0 * pixels.len() as f64;
+    let target = target(tolerance, pixels.len());
     let mut coarse = pixels.clone();
     render(first, None, &mut coarse)?;
     render(2 * first, None, pixels)?;
     let mut blocks = Blocks {
         level: vec![1; mask.len()],
         difference: differences(&coarse, pixels, &mask),
-        most_order: if first_order { 1.0 } else { 1.9 },
+        most_order: if first_order { 1.0 } else { MOST_ORDER },
         stalled: vec![0; mask.len()],
         factor: vec![1.0, if first_order { 1.0 } else { FIRST_FACTOR }],
     };
@@ -124,6 +129,22 @@ pub(crate) fn refine(
             blocks.advance(&group, level, &differences(&coarse, pixels, &wanted));
         }
     }
+}
+
+/// Order of a method of second order and more, a little less.
+const MOST_ORDER: f64 = 1.9;
+
+/// Squared error over squared difference, where doubling the slices has brought sums of squared differences from `before` to `after`.
+fn factor_after(before: f64, after: f64, most_order: f64) -> f64 {
+    // They fall by 4^p from level to level.
+    let order = (0.5 * libm::log2(before / after.max(1e-300))).clamp(1.0, most_order);
+    let step = libm::exp2(order) - 1.0;
+    1.0 / (step * step)
+}
+
+/// As [`factor_after`], for methods of second order.
+pub(super) fn next_factor(before: f64, after: f64) -> f64 {
+    factor_after(before, after, MOST_ORDER)
 }
 
 /// How far each block has come.
@@ -177,10 +198,7 @@ impl Blocks {
     fn advance(&mut self, group: &[usize], level: u32, differences: &[f64]) {
         let before: f64 = group.iter().map(|&b| self.difference[b]).sum();
         let after: f64 = group.iter().map(|&b| differences[b]).sum();
-        // Squared differences fall by 4^p from level to level.
-        let order = (0.5 * libm::log2(before / after.max(1e-300))).clamp(1.0, self.most_order);
-        let step = libm::exp2(order) - 1.0;
-        let factor = 1.0 / (step * step);
+        let factor = factor_after(before, after, self.most_order);
         let next = level as usize + 1;
         if self.factor.len() <= next {
             self.factor.resize(next + 1, 1.0);

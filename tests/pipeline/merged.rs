@@ -15,7 +15,8 @@ fn nothing_changes_where_everything_is_the_same() {
     let dims = [40, 33, 28];
     let volume = Volume::new(oblique(dims), fill::<u8>(dims, &|_| 100.0)).unwrap();
     for camera in [orbit(30.0, 20.0, 1.3, PARALLEL), orbit(45.0, 60.0, 0.9, WIDE)] {
-        let scene = Scene::new(constant([1.0, 0.5, 0.2], 0.05)).with_camera(camera).with_size(120, 100).unwrap().with_terminate(0.0).unwrap();
+        let scene =
+            Scene::new(constant([1.0, 0.5, 0.2], 0.05)).with_camera(camera).with_size(120, 100).unwrap().with_terminate(0.0).unwrap();
         let scene = scene.with_slices(Slicing::Count(90)).unwrap();
         let (plain, all) = render(&volume, &scene);
         let (merged, some) = render(&volume, &scene.with_method(merged()).unwrap());
