@@ -12,7 +12,7 @@ const LINE: usize = 64;
 
 /// For each voxel, itself in the lower half and its neighbour along y in the upper one; signs are kept as bits.
 ///
-/// In the order of the voxels, but for gaps after rows and layers (see [`Strides`]). The last row along y is paired with itself; no cell
+/// In the order of the voxels, but for gaps after rows and layers (see [`strides`]). The last row along y is paired with itself; no cell
 /// starts there.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Packed {
@@ -62,7 +62,7 @@ impl Packed {
 /// and a block's lookups, spread over rows and layers, would drive each other out.
 fn strides([nx, ny, _]: [usize; 3], bytes: usize) -> [usize; 2] {
     let line = LINE / bytes;
-    let row = if (nx * bytes).is_multiple_of(32 * LINE) { nx + line } else { nx };
+    let row = if nx * bytes % (32 * LINE) == 0 { nx + line } else { nx };
     let layer = row * ny;
     let lines = layer.div_ceil(line);
     // An odd number of lines, and not close to a power of two; a thirty-second of the layer more at most.

@@ -98,7 +98,8 @@ pub(super) fn marker(curve: usize, [x, y]: [f64; 2], size: f64) -> Shape {
         let (tips, dents) = (ring(n, 0.0, 1.25), ring(n, 0.5 / n as f64, inner));
         tips.into_iter().zip(dents).flat_map(|(t, d)| [t, d]).collect()
     };
-    let points = match curve % 7 {
+    // Past two rounds of seven, colours meet other shapes.
+    let points = match (curve + 3 * (curve / 14)) % 7 {
         0 => ring(16, 0.0, 0.95),
         1 => ring(4, 0.125, 1.2),
         2 => ring(3, 0.0, 1.3),
