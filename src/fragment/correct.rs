@@ -4,10 +4,10 @@ use super::batch::{Batch, Frame, for_rows, row, row_mut};
 use crate::lanes::math::opacity_for_ratio;
 use crate::lanes::{Kernel, Lanes};
 
-/// Runs where pieces are not all one slab long: at the box's border, and everywhere in perspective.
-pub(crate) struct Correct;
+/// Runs where pieces are not all one slab long: at the box's border, and everywhere in perspective. `SOME` batches have rows of whole slabs.
+pub(crate) struct Correct<const SOME: bool>;
 
-impl<'v> Kernel<Frame<'v>, Batch> for Correct {
+impl<'v, const SOME: bool> Kernel<Frame<'v>, Batch> for Correct<SOME> {
     #[inline(always)]
     fn run<L: Lanes>(_: &Frame<'v>, batch: &mut Batch) {
         let one = L::splat(1.0);
@@ -16,7 +16,7 @@ impl<'v> Kernel<Frame<'v>, Batch> for Correct {
             // Whole slabs keep their bits, so that a batch's other pixels do not matter.
             let whole = L::and(L::le(length, one), L::le(one, length));
             // Fragments that are not covered are masked out next.
-            if !L::bits(whole) & (batch.mask >> (8 * r)) as u8 == 0 {
+            if SOME && !L::bits(whole) & (batch.mask >> (8 * r)) as u8 == 0 {
                 continue;
             }
             let alpha = L::load(row(&batch.alpha, r));

@@ -191,7 +191,8 @@ fn every_stage_equals_its_scalar_twin() {
     twin::<FetchAny<true>>("fetch far", &[texcoord_far], &VoxelType::ALL);
     twin::<Classify<false>>("classify", &[], &[U8]);
     twin::<Classify<true>>("classify in two steps", &[], &[U8]);
-    twin::<Correct>("correct", &[], &[U8]);
+    twin::<Correct<false>>("correct", &[], &[U8]);
+    twin::<Correct<true>>("correct some", &[], &[U8]);
     twin::<FogPlanar>("planar fog", &[], &[U8]);
     twin::<FogRadial>("radial fog", &[], &[U8]);
     twin::<MaskStage>("mask", &[], &[U8]);

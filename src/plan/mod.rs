@@ -210,8 +210,14 @@ impl Needs {
         let finish = |correct: bool, mask: bool| {
             let mut list = middle.clone();
             if correct && colors {
-                let riemann = self.method.slab == SlabForm::Riemann;
-                list.push(stage("correct", if riemann { level.kernel::<CorrectRiemann, _, _>() } else { level.kernel::<Correct, _, _>() }));
+                list.push(stage(
+                    "correct",
+                    match (self.method.slab, self.perspective) {
+                        (SlabForm::Riemann, _) => level.kernel::<CorrectRiemann, _, _>(),
+                        (_, true) => level.kernel::<Correct<false>, _, _>(),
+                        (_, false) => level.kernel::<Correct<true>, _, _>(),
+                    },
+                ));
             }
             list.extend(fog);
             if mask && colors {

@@ -291,11 +291,11 @@ impl Coarse {
         let slices = work.runs.slices * RUNS;
         // The way behind the last slice belongs to it.
         let (first, last) = (range.any.0 / slices, (range.any.1 + work.runs.back) / slices);
-        if sight.any && last - first < LOOKS as i64 {
+        if last - first < LOOKS as i64 {
             (self.first, self.known) = (first, (last - first + 1) as usize);
             work.look_at(placing, &sight.coarse, (first * slices, slices), self.known, &mut self.classes);
         }
-        sight.any && (first..=last).any(|at| self.class(work, sight, placing, at) > 0)
+        (first..=last).any(|at| self.class(work, sight, placing, at) > 0)
     }
 }
 
@@ -328,20 +328,34 @@ pub(crate) fn render<W: Watch>(
         counters.missed_blocks += 1;
         return Outcome::Missed;
     }
-    let placing = Placing::new(
-        work.stack,
-        work.frame.strides,
-        if work.order == Order::FrontToBack { 1.0 } else { -1.0 },
-        f64::from(x0) + 0.5,
-        f64::from(y0) + 0.5,
-    );
+    let forward = if work.order == Order::FrontToBack { 1.0 } else { -1.0 };
+    let placing = || Placing::new(work.stack, work.frame.strides, forward, f64::from(x0) + 0.5, f64::from(y0) + 0.5);
     let mut looked = Coarse::default();
-    if let (Some(sight), false) = (work.sight, W::SEES) {
-        if !looked.find(work, sight, &placing, &range) {
-            counters.empty += (range.any.1 - range.any.0 + 1) as u64;
-            return Outcome::Empty;
+    let placing = match work.sight {
+        Some(sight) if !W::SEES => {
+            let found = sight.any.then(placing).filter(|placing| sight.all || looked.find(work, sight, placing, &range));
+            let Some(placing) = found else {
+                counters.empty += (range.any.1 - range.any.0 + 1) as u64;
+                return Outcome::Empty;
+            };
+            placing
         }
-    }
+        _ => placing(),
+    };
+    march(work, (x0, y0), (range, placing, looked), batch, counters, watch);
+    Outcome::Rendered
+}
+
+/// The slices of a block of which something may show.
+#[inline(never)]
+fn march<W: Watch>(
+    work: &Work<'_, '_>,
+    (x0, y0): (u32, u32),
+    (range, placing, mut looked): (BlockRange, Placing, Coarse),
+    batch: &mut Batch,
+    counters: &mut Counters,
+    watch: &mut W,
+) {
     let [red, green, blue, transmittance] = work.start;
     batch.pixels.color = [[red; BATCH], [green; BATCH], [blue; BATCH]];
     batch.pixels.transmittance = [transmittance; BATCH];
@@ -365,7 +379,6 @@ pub(crate) fn render<W: Watch>(
         }
     }
     watch.done(batch);
-    Outcome::Rendered
 }
 
 /// A block's way through its slices.
@@ -388,7 +401,8 @@ pub(super) struct March<'m, 'f, 'v, W> {
 impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
     /// Slices `from..to` in the scene's order, but for those on which nothing shows.
     fn slices(&mut self, from: i64, to: i64, looked: &mut Coarse) {
-        let Some(sight) = self.work.sight else {
+        // Where everything shows there is nothing to look for; but what becomes one has to be looked at.
+        let Some(sight) = self.work.sight.filter(|sight| !sight.all || extra(self.work.threes.as_ref()).is_some()) else {
             self.run(from, to, u8::MAX);
             return;
         };
@@ -448,6 +462,12 @@ impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
         true
     }
 
+    /// As [`March::slice`], for those who do so here and there: the plain march has that to itself.
+    #[inline(never)]
+    pub(super) fn one(&mut self, k: i64, frame: &'f Frame<'v>) {
+        self.slice(k, frame);
+    }
+
     /// After `slice` every pixel is finished: slices `rest` of its run are not needed.
     pub(super) fn stop(&mut self, slice: i64, rest: (i64, i64)) {
         self.ended = Some(slice);
@@ -484,7 +504,8 @@ impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
     }
 
     /// One slice through the stages, by the numbers of `frame`.
-    pub(super) fn slice(&mut self, k: i64, frame: &'f Frame<'v>) {
+    #[inline(always)]
+    fn slice(&mut self, k: i64, frame: &'f Frame<'v>) {
         if let Some(pairs) = extra(self.work.pairs.as_ref()) {
             self.before_pair(k, pairs);
         }

@@ -109,7 +109,7 @@ impl Windows {
     }
 
     /// The greatest class of what lookups between index coordinates `lo` and `hi` can touch, or a greater one.
-    pub(super) fn class(&self, lo: [f64; 3], hi: [f64; 3]) -> u8 {
+    fn class(&self, lo: [f64; 3], hi: [f64; 3]) -> u8 {
         let brick = |v: f64, i: usize| ((v / self.cells as f64) as i32).clamp(0, self.dims[i] as i32 - 1);
         let slack = self.slack * self.cells as f64;
         self.greatest(array::from_fn(|i| brick(lo[i] - slack, i)), array::from_fn(|i| brick(hi[i] + slack, i)))
@@ -146,6 +146,8 @@ fn widen(classes: &mut [u8], [dx, dy, dz]: [usize; 3], axis: usize, step: usize)
 pub(crate) struct Sight {
     /// Whether anything shows anywhere.
     pub(super) any: bool,
+    /// Whether something shows in every brick.
+    pub(super) all: bool,
     pub(super) fine: Windows,
     pub(super) coarse: Windows,
 }
@@ -159,8 +161,17 @@ impl Sight {
         let (dims, classes) = contents.coarse();
         Self {
             any: contents.shown > 0,
+            all: contents.shown == contents.classes.len(),
             fine: Windows::new(contents.dims, contents.classes.clone(), sides[0], BRICK),
             coarse: Windows::new(dims, classes, sides[1], COARSE * BRICK),
+        }
+    }
+
+    /// The greatest class of what lookups between index coordinates `lo` and `hi` can touch, or a greater one.
+    pub(super) fn class(&self, lo: [f64; 3], hi: [f64; 3]) -> u8 {
+        match self.fine.class(lo, hi) {
+            u8::MAX => self.coarse.class(lo, hi),
+            class => class,
         }
     }
 

@@ -127,7 +127,7 @@ impl<'v, W: Watch> March<'_, '_, 'v, W> {
             let near = lasts.iter().copied().fold(f64::INFINITY, f64::min);
             let far = exits.iter().copied().fold(f64::NEG_INFINITY, f64::max);
             let (lo, hi) = self.placing.bounds(near, far);
-            if sight.fine.class(lo, hi) == 0 {
+            if sight.class(lo, hi) == 0 {
                 return;
             }
         }

@@ -38,7 +38,7 @@ impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
             let end = ((k / THREE + 1) * THREE).min(to);
             let whole = end - k == THREE && k >= self.range.whole.0 && end - 1 <= self.range.whole.1;
             if whole && change * self.let_through() <= MOST {
-                self.slice(k + 1, threes.frame);
+                self.one(k + 1, threes.frame);
                 // The two others' fragments, of the rows that went through the stages and of the rest.
                 let inside = u64::from(self.batch.rows.count_ones()) * SIDE as u64;
                 self.counters.merged += 2;
@@ -68,7 +68,7 @@ impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
                 self.pass_over(k, k + 1);
                 continue;
             }
-            self.slice(k, self.work.frame);
+            self.one(k, self.work.frame);
             if self.batch.pixels.alive == 0 {
                 self.stop(k, (k + 1, to));
                 return false;
