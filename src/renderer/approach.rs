@@ -164,8 +164,11 @@ impl Renderer<'_> {
         }
         let all: usize = reached.levels.iter().map(|l| l.1).sum();
         let levels: Vec<String> = reached.levels.iter().map(|(slices, blocks)| format!("{blocks} in {slices}")).collect();
-        let why = format!("of {all} blocks: {} slices", levels.join(", "));
-        done.planned.push(Planned::new("finer slices where coarse ones do", why, Saving::Unknown));
+        let why = match reached.levels.as_slice() {
+            [(slices, _)] => format!("{slices} do, as far as a part of the {all} blocks tells"),
+            _ => format!("of {all} blocks: {} slices", levels.join(", ")),
+        };
+        done.planned.push(Planned::new("more slices than blocks need", why, Saving::Unknown));
         Ok(Some((done, reached.error)))
     }
 }
