@@ -42,7 +42,8 @@ impl Renderer<'_> {
             return Ok((done, None));
         }
         let mut fine = pixels.clone();
-        done.cost(&self.frame(shot, finer(count)?, terminate, None, &mut fine)?);
+        // Ending pixels early is an error too.
+        done.cost(&self.frame(shot, finer(count)?, terminate * LATER, None, &mut fine)?);
         Ok((done, Some(rms(pixels, &fine) * share(method))))
     }
 
@@ -172,6 +173,9 @@ impl Renderer<'_> {
         Ok(Some((done, reached.error)))
     }
 }
+
+/// Transmittance at which pixels of an estimate's second picture end, as a share of the picture's own.
+const LATER: f32 = 1.0 / 64.0;
 
 /// Error of N slices over their difference to 2 N, when the error falls with the method's order p: 2^p / (2^p - 1).
 fn share(method: Method) -> f64 {

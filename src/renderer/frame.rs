@@ -308,7 +308,9 @@ fn prepare_threes(data: &TransferData, volume: &Volume, bricks: &Bricks) -> Opti
     let (slope, intercept) = volume.rescale();
     let contents = Contents::new(bricks, |lo, hi| {
         let (a, b) = (lo * slope + intercept, hi * slope + intercept);
-        classes.class(a.min(b), a.max(b))
+        let (a, b) = (a.min(b), a.max(b));
+        // Classes are too coarse to tell what shows from what does not.
+        if data.classes.opaque_within(a, b) { classes.class(a, b).max(1) } else { 0 }
     });
     let slab = Slab { ratio: THREE as f64 * data.slab.ratio, ..data.slab };
     Some(ThreesData { table: Arc::new(layout.table(&data.transfer, slab)), contents, sight: None })

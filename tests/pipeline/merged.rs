@@ -2,7 +2,7 @@
 
 use super::{PARALLEL, WIDE, constant, fill, oblique, orbit, render};
 use slicestack::reference::{Region, image, metrics};
-use slicestack::scene::{Blend, Classification, Method, Order, Slicing};
+use slicestack::scene::{Blend, Classification, Method, Order, Slicing, TransferFunction};
 use slicestack::volume::phantom::Phantom;
 use slicestack::{Renderer, Scene, Settings, Volume};
 
@@ -50,6 +50,21 @@ fn the_same_error_takes_fewer_lookups() {
         let worth = merged_fetches as f64 / fetches as f64 * (merged_rms / rms).sqrt();
         assert!(worth < 0.95, "{name}: lookups for the same error {worth:.2}");
     }
+}
+
+#[test]
+fn what_shows_nothing_is_still_passed_over() {
+    let dims = [64, 60, 56];
+    let ball = |[x, y, z]: [f64; 3]| if x * x + y * y + z * z < 0.2 { 200.0 } else { 0.0 };
+    let volume = Volume::new(oblique(dims), fill::<u8>(dims, &ball)).unwrap();
+    // The table begins where something shows, above the values of most bricks.
+    let transfer = TransferFunction::new(vec![(0.0, [1.0, 0.8, 0.5])], vec![(100.0, 0.0), (120.0, 0.3), (255.0, 0.4)]).unwrap();
+    let scene = Scene::new(transfer).with_camera(orbit(30.0, 20.0, 1.3, PARALLEL)).with_size(96, 80).unwrap();
+    let scene = scene.with_slices(Slicing::Count(120)).unwrap();
+    let (_, plain) = render(&volume, &scene);
+    let (_, merged) = render(&volume, &scene.with_method(merged()).unwrap());
+    assert!(merged.fetches <= plain.fetches, "{} lookups, {} without", merged.fetches, plain.fetches);
+    assert!(plain.tally.empty > plain.fragments / 2 && 10 * merged.tally.empty > 9 * plain.tally.empty, "{:?}", merged.tally);
 }
 
 #[test]
