@@ -144,6 +144,7 @@ fn render_tile<W: Watch>(
 ) {
     let (x0, y0) = (tile.x as usize, tile.y as usize);
     let (x1, y1) = (x0 + tile.rows.first().map_or(0, |r| r.len()), y0 + tile.rows.len());
+    let (background, untouched) = (resolve.background(), resolve.untouched(work.start));
     for by in (y0 / SIDE * SIDE..y1).step_by(SIDE) {
         for bx in (x0 / SIDE * SIDE..x1).step_by(SIDE) {
             if blocks.is_some_and(|m| !m.takes(bx / SIDE, by / SIDE)) || !watch.wants(bx as u32, by as u32) {
@@ -156,8 +157,8 @@ fn render_tile<W: Watch>(
             for y in top..bottom {
                 let pixels = &mut tile.rows[y - y0][left - x0..right - x0];
                 match outcome {
-                    Outcome::Missed => pixels.fill(resolve.background()),
-                    Outcome::Empty => pixels.fill(resolve.untouched(work.start)),
+                    Outcome::Missed => pixels.fill(background),
+                    Outcome::Empty => pixels.fill(untouched),
                     Outcome::Rendered => resolve.row(&batch.pixels, (y - by) * SIDE + (left - bx), pixels, left, y),
                 }
             }
