@@ -77,6 +77,15 @@ fn prefetch<T>(at: *const T) {
     let _ = at;
 }
 
+/// Asks for some of a row's cells on the slice to come: every other one, near and far edges in turn.
+#[inline(always)]
+fn prefetch_row<T>(near: *const T, far: *const T, offsets: &[i32; WIDTH]) {
+    prefetch(far.wrapping_add(offsets[0] as usize));
+    prefetch(near.wrapping_add(offsets[2] as usize));
+    prefetch(far.wrapping_add(offsets[4] as usize));
+    prefetch(near.wrapping_add(offsets[6] as usize));
+}
+
 impl CellLoad {
     /// Distance from a cell's lowest corner to its highest.
     #[inline(always)]
@@ -209,10 +218,7 @@ impl CellLoad {
         let next_far = next.wrapping_add(self.strides[2]);
         for_rows!(rows, r => {
             let o = row(offsets, r);
-            prefetch(next_far.wrapping_add(o[0] as usize));
-            prefetch(next.wrapping_add(o[2] as usize));
-            prefetch(next_far.wrapping_add(o[4] as usize));
-            prefetch(next.wrapping_add(o[6] as usize));
+            prefetch_row(next, next_far, o);
             let near = L::set_i([
                 quad(from, o[0]), quad(from, o[1]), quad(from, o[2]), quad(from, o[3]),
                 quad(from, o[4]), quad(from, o[5]), quad(from, o[6]), quad(from, o[7]),
@@ -245,10 +251,7 @@ impl CellLoad {
         let next_far = next.wrapping_add(self.strides[2]);
         for_rows!(rows, r => {
             let o = row(offsets, r);
-            prefetch(next_far.wrapping_add(o[0] as usize));
-            prefetch(next.wrapping_add(o[2] as usize));
-            prefetch(next_far.wrapping_add(o[4] as usize));
-            prefetch(next.wrapping_add(o[6] as usize));
+            prefetch_row(next, next_far, o);
             let [near_left, near_right] = L::set_pairs([
                 quad(from, o[0]), quad(from, o[1]), quad(from, o[2]), quad(from, o[3]),
                 quad(from, o[4]), quad(from, o[5]), quad(from, o[6]), quad(from, o[7]),
@@ -281,10 +284,7 @@ impl CellLoad {
         };
         for_rows!(rows, r => {
             let o = row(offsets, r);
-            prefetch(next.wrapping_add(dz).wrapping_add(o[0] as usize));
-            prefetch(next.wrapping_add(o[2] as usize));
-            prefetch(next.wrapping_add(dz).wrapping_add(o[4] as usize));
-            prefetch(next.wrapping_add(o[6] as usize));
+            prefetch_row(next, next.wrapping_add(dz), o);
             for (edge, step) in [0, dy, dz, dz + dy].into_iter().enumerate() {
                 let from = from.wrapping_add(step);
                 let [left, right] = L::set_pairs([
@@ -315,10 +315,7 @@ impl CellLoad {
         };
         for_rows!(rows, r => {
             let o = row(offsets, r);
-            prefetch(next.wrapping_add(dz).wrapping_add(o[0] as usize));
-            prefetch(next.wrapping_add(o[2] as usize));
-            prefetch(next.wrapping_add(dz).wrapping_add(o[4] as usize));
-            prefetch(next.wrapping_add(o[6] as usize));
+            prefetch_row(next, next.wrapping_add(dz), o);
             for (out, step) in out.0.iter_mut().zip([0, dy, dz, dz + dy]) {
                 let from = from.wrapping_add(step);
                 let pairs = L::set_i([

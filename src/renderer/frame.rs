@@ -120,14 +120,19 @@ impl Renderer<'_> {
             (true, Ends::Whole) => Outer::WholeBetween,
         };
         let runs = Runs::new(&stack, outer.between(), if needs.threes { THREE } else { 1 });
-        let (sight, thick) = transfer_data.sight(&runs, needs.threes);
+        let (sight, thick) = if needs.skip {
+            let (sight, thick) = transfer_data.sight(&runs, needs.threes);
+            (Some(sight), thick)
+        } else {
+            (None, None)
+        };
         let thick = thick.map(|table| Frame { table, ..frame.clone() });
         let work = Work {
             frame: &frame,
             stack: &stack,
             fog: scene.fog().filter(|_| needs.fog.is_some()),
             order: needs.order,
-            sight: needs.skip.then_some(sight),
+            sight,
             runs,
             look: self.level.kernel::<LookAt, _, _>(),
             span: stages.span,

@@ -220,12 +220,17 @@ impl Blocks {
     }
 }
 
+/// Squared difference of red, green and blue.
+pub(super) fn squared_difference(a: &[f32; 4], b: &[f32; 4]) -> f64 {
+    (0..3).map(|c| f64::from(a[c]) - f64::from(b[c])).map(|d| d * d).sum()
+}
+
 /// Sums of squared differences of red, green and blue, block by block.
 pub(crate) fn differences(a: &[[f32; 4]], b: &[[f32; 4]], mask: &BlockMask) -> Vec<f64> {
     let mut sums = vec![0.0; mask.len()];
     for (i, (a, b)) in a.iter().zip(b).enumerate() {
         if a != b {
-            sums[mask.block_of_pixel(i)] += (0..3).map(|c| f64::from(a[c]) - f64::from(b[c])).map(|d| d * d).sum::<f64>();
+            sums[mask.block_of_pixel(i)] += squared_difference(a, b);
         }
     }
     sums

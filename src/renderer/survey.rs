@@ -4,7 +4,7 @@
 //! few blocks hold much of them. So what counts is not the sample's mean but a bound on the picture's sum, the mean and two standard
 //! errors; where a sample that small says too little, nothing is decided here.
 
-use super::refine::{FIRST_FACTOR, next_factor, target};
+use super::refine::{FIRST_FACTOR, next_factor, squared_difference, target};
 use crate::Result;
 use crate::fragment::batch::{BATCH, SIDE};
 use crate::raster::BlockMask;
@@ -41,8 +41,8 @@ fn is_sampled(mask: &BlockMask, b: usize) -> bool {
 
 /// The fewest slices with which a picture of `width` x `height` pixels keeps `tolerance`.
 ///
-/// `render(count, blocks, pixels)` fills in blocks in `count` slices, `first` of them at first (`first_order` as for [`super::refine::refine`]); `scratch` is what it fills. `other(count, blocks, difference)` is asked
-/// as by [`super::refine::refine`], once it takes many.
+/// `render(count, blocks, pixels)` fills in blocks of `scratch` in `count` slices, `first` of them at first. `first_order`, and
+/// `other(count, blocks, difference)`, which is asked once it takes many, are as for [`super::refine::refine`].
 pub(crate) fn survey(
     tolerance: f64,
     (first, first_order): (u64, bool),
@@ -70,7 +70,7 @@ pub(crate) fn survey(
         let Some(((finest, truth), coarser)) = made.split_last() else { return Ok(Surveyed::Unsure) };
         let (mut sums, mut last) = (Vec::new(), Vec::new());
         for (count, pixels) in coarser {
-            let each: Vec<f64> = pixels.chunks(BATCH).zip(truth.chunks(BATCH)).map(|(a, b)| difference(a, b)).collect();
+            let each = differences(pixels, truth);
             match bound(&each, mask.len()) {
                 Some(bound) => sums.push((*count, bound)),
                 None => return Ok(Surveyed::Unsure),
@@ -82,8 +82,7 @@ pub(crate) fn survey(
         let difference = sums[sums.len() - 1].1;
         let factor = match coarser {
             [.., (c, before), (b, after)] if !first_order && 2 * c == *b => {
-                let before: f64 = before.chunks(BATCH).zip(after.chunks(BATCH)).map(|(a, b)| self::difference(a, b)).sum();
-                next_factor(before, sampled).min(FIRST_FACTOR)
+                next_factor(differences(before, after).iter().sum(), sampled).min(FIRST_FACTOR)
             }
             _ if first_order => 1.0,
             _ => FIRST_FACTOR,
@@ -150,9 +149,10 @@ fn gathered(pixels: &[[f32; 4]], (width, height): (usize, usize), mask: &BlockMa
     all
 }
 
-/// Sum of squared differences of red, green and blue.
-fn difference(a: &[[f32; 4]], b: &[[f32; 4]]) -> f64 {
-    a.iter().zip(b).flat_map(|(a, b)| (0..3).map(|c| f64::from(a[c]) - f64::from(b[c]))).map(|d| d * d).sum()
+/// Sums of squared differences of red, green and blue, block by block of those gathered.
+fn differences(a: &[[f32; 4]], b: &[[f32; 4]]) -> Vec<f64> {
+    let block = |(a, b): (&[[f32; 4]], &[[f32; 4]])| a.iter().zip(b).map(|(a, b)| squared_difference(a, b)).sum();
+    a.chunks(BATCH).zip(b.chunks(BATCH)).map(block).collect()
 }
 
 #[cfg(test)]
@@ -232,6 +232,7 @@ mod tests {
         // The last block has four columns and five rows.
         let last = &all[BATCH..];
         assert_eq!((last[0][0], last[3][0], last[4][0], last[4 * SIDE + 3][0], last[5 * SIDE][0]), (176.0, 179.0, 0.0, 259.0, 0.0));
-        assert_eq!(difference(&all[..BATCH], &all[..BATCH]), 0.0);
+        assert_eq!(differences(&all, &all), [0.0; 2]);
+        assert_eq!(differences(&all, &vec![[0.0; 4]; 2 * BATCH])[1], 3.0 * last.iter().map(|p| f64::from(p[0] * p[0])).sum::<f64>());
     }
 }
