@@ -113,6 +113,8 @@ pub(crate) struct Batch {
     pub(crate) rows: u8,
     /// Bit r: something shows in row r. Classification sets it, among `rows`.
     pub(crate) shown: u8,
+    /// Whether this slice is the last of any pixel.
+    pub(crate) ends: bool,
     /// Whether every lookup lies inside the box of voxels: nothing to clamp.
     pub(crate) inner: bool,
     /// Index coordinates of pixel 0 relative to the base voxel.
@@ -163,6 +165,7 @@ impl Batch {
             ended: 0,
             rows: u8::MAX,
             shown: u8::MAX,
+            ends: true,
             inner: false,
             origin: [0.0; 3],
             across: [0.0; 3],

@@ -112,8 +112,10 @@ impl<'v, S: Store, const TERMINATE: bool> Kernel<Frame<'v>, Batch> for BlendFron
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
         let threshold = L::splat(frame.terminate);
         let slice = L::splat_i(batch.slice);
-        let mut alive = batch.pixels.alive & !spread(batch.rows);
-        for_rows!(batch.rows, r => {
+        // Where nothing shows pixels stay as they were, unless this is their last slice.
+        let rows = if batch.ends { batch.rows } else { batch.shown };
+        let mut alive = batch.pixels.alive & !spread(rows);
+        for_rows!(rows, r => {
             let more = L::bits(L::gt_i(L::load_i(row(&batch.pixels.last, r)), slice));
             let now = if batch.shown >> r & 1 == 0 {
                 // Nothing shows: what was alive stays so.

@@ -30,10 +30,17 @@ pub(crate) use table::LookupTable;
 macro_rules! for_rows {
     ($rows:expr, $r:ident => $body:block) => {{
         let mut left: u8 = $rows;
-        while left != 0 {
-            let $r = (left.trailing_zeros() & 7) as usize;
-            left &= left - 1;
-            $body
+        if left == u8::MAX {
+            // Most often: a plain loop.
+            for $r in 0..8usize {
+                $body
+            }
+        } else {
+            while left != 0 {
+                let $r = (left.trailing_zeros() & 7) as usize;
+                left &= left - 1;
+                $body
+            }
         }
     }};
 }

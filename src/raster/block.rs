@@ -124,9 +124,9 @@ impl Counters {
         self.merged_fragments += other.merged_fragments;
     }
 
-    /// A slice's batch goes through the stages.
-    fn lanes(&mut self, batch: &Batch) {
-        let lanes = u64::from(batch.rows.count_ones()) * SIDE as u64;
+    /// A slice's batch goes through the stages in part, or with pixels that it does not cover.
+    fn part(&mut self, batch: &Batch) {
+        let lanes = lanes_of(batch.rows);
         let inside = spread(batch.rows);
         self.lanes += lanes;
         self.fetches += lanes;
@@ -134,6 +134,24 @@ impl Counters {
         // Rows are left out when their pixels are all finished.
         self.finished_fragments += u64::from((batch.mask & !inside).count_ones());
     }
+
+    /// `rows` of a slice's batch go through the stages, all of its pixels covered by whole slabs.
+    #[inline(always)]
+    fn whole(&mut self, rows: u8) {
+        let lanes = lanes_of(rows);
+        self.whole += 1;
+        self.whole_lanes += lanes;
+        self.lanes += lanes;
+        self.fetches += lanes;
+        self.looked_up += lanes;
+        self.finished_fragments += BATCH as u64 - lanes;
+    }
+}
+
+/// Lanes of `rows`.
+#[inline(always)]
+fn lanes_of(rows: u8) -> u64 {
+    u64::from(rows.count_ones()) * SIDE as u64
 }
 
 /// Index coordinates of a block as functions of depth: `start + d * slope` for its first pixel, and the block's extent.
@@ -416,7 +434,7 @@ impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
                 self.pass_over(first, end);
                 continue;
             }
-            let runs = first / slices..(end - 1) / slices + 1;
+            let runs = at * RUNS + (first - at * slices * RUNS) / slices..at * RUNS + (end - 1 - at * slices * RUNS) / slices + 1;
             let mut classes = [0; LOOKS];
             let count = (runs.end - runs.start) as usize;
             self.work.look_at(&self.placing, &sight.fine, (runs.start * slices, slices), count, &mut classes);
@@ -523,10 +541,9 @@ impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
         if k >= self.range.whole.0 && k <= self.range.whole.1 {
             self.placing.place(sampled, frame, batch);
             self.watch.slice(frame, batch);
-            self.counters.whole += 1;
             (batch.mask, batch.rows, batch.shown) = (u64::MAX, live, live);
-            self.counters.whole_lanes += u64::from(live.count_ones()) * SIDE as u64;
-            self.counters.lanes(batch);
+            batch.ends = k >= self.range.whole.1;
+            self.counters.whole(live);
             if !self.whole_lengths {
                 batch.length = batch.pixels.slant;
                 self.whole_lengths = true;
@@ -535,7 +552,7 @@ impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
                 (stage.run)(frame, batch);
                 self.watch.stage(stage.name, frame, batch);
             }
-            self.counters.hidden += u64::from((live & !batch.shown).count_ones()) * SIDE as u64;
+            self.counters.hidden += lanes_of(live & !batch.shown);
             return;
         }
         self.watch.slice(frame, batch);
@@ -546,6 +563,7 @@ impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
         }
         let rows = if W::SEES { live } else { live & rows_of(batch.mask) };
         (batch.rows, batch.shown) = (rows, rows);
+        batch.ends = true;
         let mut doubt = batch.pixels.doubt & batch.mask;
         while doubt != 0 {
             let i = doubt.trailing_zeros() as usize;
@@ -556,7 +574,7 @@ impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
             }
         }
         self.watch.stage(work.span.name, frame, batch);
-        self.counters.lanes(batch);
+        self.counters.part(batch);
         if rows == 0 {
             return;
         }
@@ -565,6 +583,6 @@ impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
             (stage.run)(frame, batch);
             self.watch.stage(stage.name, frame, batch);
         }
-        self.counters.hidden += u64::from((rows & !batch.shown).count_ones()) * SIDE as u64;
+        self.counters.hidden += lanes_of(rows & !batch.shown);
     }
 }

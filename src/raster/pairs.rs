@@ -155,7 +155,7 @@ impl<'v, W: Watch> March<'_, '_, 'v, W> {
         }
         self.whole_lengths = false;
         self.batch.mask = mask;
-        (self.batch.rows, self.batch.shown) = (u8::MAX, u8::MAX);
+        (self.batch.rows, self.batch.shown, self.batch.ends) = (u8::MAX, u8::MAX, true);
         self.batch.slice = BEHIND;
         self.counters.batches += 1;
         self.counters.exits += 1;
