@@ -51,6 +51,8 @@ pub(crate) struct Frame<'v> {
     pub(crate) terminate: f32,
     /// Table position below which nothing shows: rows all below it are not looked up. 0 where every fragment counts.
     pub(crate) clear: f32,
+    /// Stored integer up to which nothing shows, where packed lookups may leave rows out that have nothing above it around them.
+    pub(crate) dark: Option<i32>,
     /// Fog, if any.
     pub(crate) fog: Option<FrameFog>,
     /// Threshold or level of a projection, as a stored value.
@@ -111,8 +113,10 @@ pub(crate) struct Batch {
     pub(crate) ended: u64,
     /// Bit r: row r goes through the stages; in others every pixel is finished or uncovered.
     pub(crate) rows: u8,
-    /// Bit r: something shows in row r. Classification sets it, among `rows`.
+    /// Bit r: something shows in row r, or may, before classification.
     pub(crate) shown: u8,
+    /// Whether so little of the batch before showed that it is worth finding out what does before interpolation.
+    pub(crate) dim: bool,
     /// Whether this slice is the last of any pixel.
     pub(crate) ends: bool,
     /// Whether every lookup lies inside the box of voxels: nothing to clamp.
@@ -166,6 +170,7 @@ impl Batch {
             rows: u8::MAX,
             shown: u8::MAX,
             ends: true,
+            dim: false,
             inner: false,
             origin: [0.0; 3],
             across: [0.0; 3],

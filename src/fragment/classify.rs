@@ -43,7 +43,7 @@ impl<'v, const SPLIT: bool> Kernel<Frame<'v>, Batch> for Classify<SPLIT> {
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
         let clear = L::splat(frame.clear);
         let mut shown = 0;
-        for_rows!(batch.rows, r => {
+        for_rows!(batch.shown, r => {
             let x = position::<L, SPLIT>(frame, L::load(row(&batch.value, r)));
             // Rows in which nothing shows are left out of what follows.
             if L::bits(L::le(clear, x)) != 0 {

@@ -61,10 +61,16 @@ fn byte<L: Lanes, const SIGNED: bool, const N: i32>(quad: L::I) -> L::F {
     }))
 }
 
-/// All rows of a batch of packed 8-bit voxels.
+/// Packed 8-bit voxels, but for rows in which nothing shows.
 #[inline(always)]
-fn rows_packed<L: Lanes, const SIGNED: bool>(batch: &mut Batch) {
-    for_rows!(batch.rows, r => {
+fn packed8<L: Lanes, const SIGNED: bool>(frame: &Frame<'_>, packed: &[u16], batch: &mut Batch) {
+    let (cells, rows) = (batch.cells, batch.rows);
+    let lit = match frame.dark.filter(|_| batch.dim) {
+        Some(dark) => cells.quads8::<L, SIGNED, true>(packed, &batch.offset, rows, dark, &mut batch.pairs16),
+        None => cells.quads8::<L, SIGNED, false>(packed, &batch.offset, rows, 0, &mut batch.pairs16),
+    };
+    batch.shown &= lit;
+    for_rows!(lit, r => {
         let near = L::load_i(bytemuck::cast_ref(row(&batch.pairs16.0[0], r)));
         let far = L::load_i(bytemuck::cast_ref(row(&batch.pairs16.0[1], r)));
         let edges = [
@@ -103,10 +109,16 @@ fn rows16<L: Lanes, const SIGNED: bool>(batch: &mut Batch) {
     });
 }
 
-/// All rows of a batch of packed 16-bit voxels.
+/// Packed 16-bit voxels, but for rows in which nothing shows.
 #[inline(always)]
-fn rows_packed16<L: Lanes, const SIGNED: bool>(batch: &mut Batch) {
-    for_rows!(batch.rows, r => {
+fn packed16<L: Lanes, const SIGNED: bool>(frame: &Frame<'_>, packed: &[u32], batch: &mut Batch) {
+    let (cells, rows) = (batch.cells, batch.rows);
+    let lit = match frame.dark.filter(|_| batch.dim) {
+        Some(dark) => cells.quads16::<L, SIGNED, true>(packed, &batch.offset, rows, dark, &mut batch.pairs16),
+        None => cells.quads16::<L, SIGNED, false>(packed, &batch.offset, rows, 0, &mut batch.pairs16),
+    };
+    batch.shown &= lit;
+    for_rows!(lit, r => {
         let p = &batch.pairs16;
         let [near_left, near_right] = [halves16::<L, SIGNED>(p, 0, r), halves16::<L, SIGNED>(p, 1, r)];
         let [far_left, far_right] = [halves16::<L, SIGNED>(p, 2, r), halves16::<L, SIGNED>(p, 3, r)];
@@ -178,11 +190,10 @@ impl<'v> Kernel<Frame<'v>, Batch> for FetchPacked8 {
         let Some(Packed { pairs: packed::Pairs::Of8(packed), .. }) = frame.packed else {
             unreachable!("the plan chose packed lookups for voxels that are not");
         };
-        batch.cells.quads8::<L>(packed, &batch.offset, batch.rows, &mut batch.pairs16);
         if matches!(frame.voxels, Voxels::I8(_)) {
-            rows_packed::<L, true>(batch);
+            packed8::<L, true>(frame, packed, batch);
         } else {
-            rows_packed::<L, false>(batch);
+            packed8::<L, false>(frame, packed, batch);
         }
     }
 }
@@ -210,11 +221,10 @@ impl<'v> Kernel<Frame<'v>, Batch> for FetchPacked16 {
         let Some(Packed { pairs: packed::Pairs::Of16(packed), .. }) = frame.packed else {
             unreachable!("the plan chose packed lookups for voxels that are not");
         };
-        batch.cells.quads16::<L>(packed, &batch.offset, batch.rows, &mut batch.pairs16);
         if matches!(frame.voxels, Voxels::I16(_)) {
-            rows_packed16::<L, true>(batch);
+            packed16::<L, true>(frame, packed, batch);
         } else {
-            rows_packed16::<L, false>(batch);
+            packed16::<L, false>(frame, packed, batch);
         }
     }
 }

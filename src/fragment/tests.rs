@@ -50,6 +50,7 @@ fn frame<'v>(voxels: &'v Voxels, n: &mut Numbers, mode: FogMode, weighted: bool)
         table_low: 3.0,
         table_scale: [0.21, 1.0],
         clear: 0.0,
+        dark: None,
         table_last: 63.0,
         fine: Some((Arc::new(LookupTable::new(&colors[..40])), [3.0, 0.7, 39.0])),
         terminate: 0.01,

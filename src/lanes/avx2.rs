@@ -185,6 +185,10 @@ impl Lanes for Avx2 {
         op!(_mm256_sub_epi32(a, b))
     }
     #[inline(always)]
+    fn mul_i(a: __m256i, b: __m256i) -> __m256i {
+        op!(_mm256_mullo_epi32(a, b))
+    }
+    #[inline(always)]
     fn and_i(a: __m256i, b: __m256i) -> __m256i {
         op!(_mm256_and_si256(a, b))
     }
@@ -223,6 +227,19 @@ impl Lanes for Avx2 {
     #[inline(always)]
     fn of_bits(x: __m256i) -> __m256 {
         op!(_mm256_castsi256_ps(x))
+    }
+    #[inline(always)]
+    fn any_above<const BITS: u32, const SIGNED: bool>(x: &[__m256i], limit: __m256i) -> bool {
+        op!({
+            let most = x.iter().copied().fold(limit, |a, b| match (BITS, SIGNED) {
+                (8, false) => _mm256_max_epu8(a, b),
+                (8, true) => _mm256_max_epi8(a, b),
+                (_, false) => _mm256_max_epu16(a, b),
+                (_, true) => _mm256_max_epi16(a, b),
+            });
+            let more = _mm256_xor_si256(most, limit);
+            _mm256_testz_si256(more, more) == 0
+        })
     }
     #[inline(always)]
     fn load_u16(from: &[u16; WIDTH]) -> __m256i {

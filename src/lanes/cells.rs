@@ -201,10 +201,19 @@ impl CellLoad {
     /// Loads four corners at a time from 8-bit voxels packed with their neighbours along y: into the first row of `out` those at
     /// z, into the second those at z + 1. Bytes from the lowest: (x,y), (x,y+1), (x+1,y), (x+1,y+1).
     ///
+    /// Returns the rows to go on with; with `DARK` those in which a corner may be above `dark`, and others are not kept.
+    ///
     /// # Panics
     /// As [`CellLoad::pairs8`].
     #[inline(always)]
-    pub(crate) fn quads8<L: Lanes>(&self, packed: &[u16], offsets: &[i32; BATCH], rows: u8, out: &mut Pairs<u32>) {
+    pub(crate) fn quads8<L: Lanes, const SIGNED: bool, const DARK: bool>(
+        &self,
+        packed: &[u16],
+        offsets: &[i32; BATCH],
+        rows: u8,
+        dark: i32,
+        out: &mut Pairs<u32>,
+    ) -> u8 {
         assert!(self.strides[0] == 1 && self.fits::<L>(offsets, rows, packed.len()), "cell outside the volume");
         let from = packed.as_ptr().wrapping_add(self.base);
         let next = from.wrapping_offset(self.ahead);
@@ -216,6 +225,8 @@ impl CellLoad {
         };
         let far = from.wrapping_add(self.strides[2]);
         let next_far = next.wrapping_add(self.strides[2]);
+        let limit = L::splat_i(i32::from_le_bytes([dark as u8; 4]));
+        let mut lit = if DARK { 0 } else { rows };
         for_rows!(rows, r => {
             let o = row(offsets, r);
             prefetch_row(next, next_far, o);
@@ -227,18 +238,33 @@ impl CellLoad {
                 quad(far, o[0]), quad(far, o[1]), quad(far, o[2]), quad(far, o[3]),
                 quad(far, o[4]), quad(far, o[5]), quad(far, o[6]), quad(far, o[7]),
             ]);
-            L::store_i(near, bytemuck::cast_mut(row_mut(&mut out.0[0], r)));
-            L::store_i(far, bytemuck::cast_mut(row_mut(&mut out.0[1], r)));
+            if !DARK || L::any_above::<8, SIGNED>(&[near, far], limit) {
+                if DARK {
+                    lit |= 1 << r;
+                }
+                L::store_i(near, bytemuck::cast_mut(row_mut(&mut out.0[0], r)));
+                L::store_i(far, bytemuck::cast_mut(row_mut(&mut out.0[1], r)));
+            }
         });
+        lit
     }
 
     /// Loads four corners at a time from 16-bit voxels packed with their neighbours along y. A number of `out` holds a corner in its
     /// low half and the one at y + 1 in its high one; rows of `out`: (x,z), (x+1,z), (x,z+1), (x+1,z+1).
     ///
+    /// Returns what [`CellLoad::quads8`] does.
+    ///
     /// # Panics
     /// As [`CellLoad::pairs8`].
     #[inline(always)]
-    pub(crate) fn quads16<L: Lanes>(&self, packed: &[u32], offsets: &[i32; BATCH], rows: u8, out: &mut Pairs<u32>) {
+    pub(crate) fn quads16<L: Lanes, const SIGNED: bool, const DARK: bool>(
+        &self,
+        packed: &[u32],
+        offsets: &[i32; BATCH],
+        rows: u8,
+        dark: i32,
+        out: &mut Pairs<u32>,
+    ) -> u8 {
         assert!(self.strides[0] == 1 && self.fits::<L>(offsets, rows, packed.len()), "cell outside the volume");
         let from = packed.as_ptr().wrapping_add(self.base);
         let next = from.wrapping_offset(self.ahead);
@@ -249,6 +275,8 @@ impl CellLoad {
         };
         let far = from.wrapping_add(self.strides[2]);
         let next_far = next.wrapping_add(self.strides[2]);
+        let limit = L::splat_i((dark & 0xffff) | dark << 16);
+        let mut lit = if DARK { 0 } else { rows };
         for_rows!(rows, r => {
             let o = row(offsets, r);
             prefetch_row(next, next_far, o);
@@ -260,11 +288,17 @@ impl CellLoad {
                 quad(far, o[0]), quad(far, o[1]), quad(far, o[2]), quad(far, o[3]),
                 quad(far, o[4]), quad(far, o[5]), quad(far, o[6]), quad(far, o[7]),
             ]);
-            L::store_i(near_left, bytemuck::cast_mut(row_mut(&mut out.0[0], r)));
-            L::store_i(near_right, bytemuck::cast_mut(row_mut(&mut out.0[1], r)));
-            L::store_i(far_left, bytemuck::cast_mut(row_mut(&mut out.0[2], r)));
-            L::store_i(far_right, bytemuck::cast_mut(row_mut(&mut out.0[3], r)));
+            if !DARK || L::any_above::<16, SIGNED>(&[near_left, near_right, far_left, far_right], limit) {
+                if DARK {
+                    lit |= 1 << r;
+                }
+                L::store_i(near_left, bytemuck::cast_mut(row_mut(&mut out.0[0], r)));
+                L::store_i(near_right, bytemuck::cast_mut(row_mut(&mut out.0[1], r)));
+                L::store_i(far_left, bytemuck::cast_mut(row_mut(&mut out.0[2], r)));
+                L::store_i(far_right, bytemuck::cast_mut(row_mut(&mut out.0[3], r)));
+            }
         });
+        lit
     }
 
     /// Loads two neighbours along x at a time, for 32-bit voxels, into `out` as the bits they are. Needs a stride of 1 along x.

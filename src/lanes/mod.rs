@@ -126,6 +126,8 @@ pub(crate) trait Lanes: Copy + 'static {
     }
     fn add_i(a: Self::I, b: Self::I) -> Self::I;
     fn sub_i(a: Self::I, b: Self::I) -> Self::I;
+    /// The lower half of the product.
+    fn mul_i(a: Self::I, b: Self::I) -> Self::I;
     fn and_i(a: Self::I, b: Self::I) -> Self::I;
     fn shl<const N: i32>(a: Self::I) -> Self::I;
     /// Copies of the sign move in.
@@ -140,6 +142,26 @@ pub(crate) trait Lanes: Copy + 'static {
     fn to_bits(x: Self::F) -> Self::I;
     /// The same bits read as floats.
     fn of_bits(x: Self::I) -> Self::F;
+    /// Whether any of the numbers of `BITS` 8 or 16 in `x` is greater than the one in the same place of `limit`, with or without sign;
+    /// true as well where that costs more to find out than it may save.
+    #[inline(always)]
+    fn any_above<const BITS: u32, const SIGNED: bool>(_x: &[Self::I], _limit: Self::I) -> bool {
+        true
+    }
+    /// The bytes at eight places of `from`, as numbers without sign.
+    ///
+    /// # Panics
+    /// When a place lies outside `from`: a bug of the caller's.
+    #[inline(always)]
+    fn bytes(from: &[u8], at: Self::I) -> Self::I {
+        let last = i32::try_from(from.len()).unwrap_or(i32::MAX) - 1;
+        let outside = Self::bits(Self::gt_i(Self::splat_i(0), at)) | Self::bits(Self::gt_i(at, Self::splat_i(last)));
+        assert!(outside == 0, "bytes outside the table");
+        let mut places = [0; WIDTH];
+        Self::store_i(at, &mut places);
+        // SAFETY: every place is from 0 to the last byte's.
+        Self::set_i(places.map(|place| i32::from(unsafe { *from.get_unchecked(place as usize) })))
+    }
     /// Eight unsigned 16-bit numbers.
     fn load_u16(from: &[u16; WIDTH]) -> Self::I;
 

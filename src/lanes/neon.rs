@@ -217,6 +217,10 @@ impl Lanes for Neon {
         both!(vsubq_s32, a, b)
     }
     #[inline(always)]
+    fn mul_i(a: I, b: I) -> I {
+        both!(vmulq_s32, a, b)
+    }
+    #[inline(always)]
     fn and_i(a: I, b: I) -> I {
         both!(vandq_s32, a, b)
     }

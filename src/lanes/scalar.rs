@@ -117,6 +117,10 @@ impl Lanes for Scalar {
         from_fn(|i| a[i].wrapping_sub(b[i]))
     }
     #[inline(always)]
+    fn mul_i(a: I, b: I) -> I {
+        from_fn(|i| a[i].wrapping_mul(b[i]))
+    }
+    #[inline(always)]
     fn and_i(a: I, b: I) -> I {
         from_fn(|i| a[i] & b[i])
     }

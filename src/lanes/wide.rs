@@ -152,6 +152,10 @@ impl Lanes for Wide {
         both(a, b, |a, b| a - b)
     }
     #[inline(always)]
+    fn mul_i(a: I, b: I) -> I {
+        both(a, b, |a, b| a * b)
+    }
+    #[inline(always)]
     fn and_i(a: I, b: I) -> I {
         both(a, b, |a, b| a & b)
     }

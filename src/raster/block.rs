@@ -148,6 +148,9 @@ impl Counters {
     }
 }
 
+/// Lanes in which nothing shows that make it worth looking for such in the next slice's batch before interpolation.
+const DIM: u64 = 2 * SIDE as u64;
+
 /// Lanes of `rows`.
 #[inline(always)]
 fn lanes_of(rows: u8) -> u64 {
@@ -379,6 +382,7 @@ fn march<W: Watch>(
     batch.pixels.transmittance = [transmittance; BATCH];
     batch.pixels.excess = [[0.0; BATCH]; 4];
     batch.pixels.alive = u64::MAX;
+    batch.dim = false;
     placing.prepare(work.frame, batch);
     batch.length = batch.pixels.slant;
     watch.block(work.stack, x0, y0, batch);
@@ -552,7 +556,7 @@ impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
                 (stage.run)(frame, batch);
                 self.watch.stage(stage.name, frame, batch);
             }
-            self.counters.hidden += lanes_of(live & !batch.shown);
+            self.hidden(live & !self.batch.shown);
             return;
         }
         self.watch.slice(frame, batch);
@@ -583,6 +587,14 @@ impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
             (stage.run)(frame, batch);
             self.watch.stage(stage.name, frame, batch);
         }
-        self.counters.hidden += lanes_of(rows & !batch.shown);
+        self.hidden(rows & !self.batch.shown);
+    }
+
+    /// Nothing shows in `rows` of a batch.
+    #[inline(always)]
+    fn hidden(&mut self, rows: u8) {
+        let lanes = lanes_of(rows);
+        self.counters.hidden += lanes;
+        self.batch.dim = lanes >= DIM;
     }
 }

@@ -10,7 +10,7 @@
 //! ```
 
 use crate::fragment::batch::SIDE;
-use crate::lanes::{Kernel, Lanes};
+use crate::lanes::{Kernel, Lanes, WIDTH};
 use crate::proxy::{HalfSpace, Stack};
 use crate::scene::MAX_SLICES;
 use crate::volume::bricks::{BRICK, Bricks};
@@ -251,20 +251,42 @@ impl<'w> Look<'w> {
 /// Classes of what boxes hold.
 pub(crate) type Looked = [u8; LOOKS];
 
-/// Finds them.
+/// Finds them, eight at a time; a few more than there are boxes may be set.
 pub(crate) struct LookAt;
 
 impl<'w> Kernel<Look<'w>, Looked> for LookAt {
     #[inline(always)]
     fn run<L: Lanes>(look: &Look<'w>, classes: &mut Looked) {
-        let (at, step) = (L::load(&look.at), L::load(&look.step));
-        let (zero, top) = (L::splat(0.0), L::load(&look.windows.top));
-        for (n, class) in classes[..look.count].iter_mut().enumerate() {
-            let x = L::add(at, L::mul(step, L::splat(n as f32)));
-            let mut bricks = [0; 8];
-            L::store_i(L::trunc(L::min(L::max(x, zero), top)), &mut bricks);
-            let [x0, y0, z0, _, x1, y1, z1, _] = bricks;
-            *class = look.windows.greatest([x0, y0, z0], [x1, y1, z1]);
+        let windows = look.windows;
+        let [dx, dy, _] = windows.dims.map(|n| L::splat_i(n as i32));
+        let (one, sides) = (L::splat_i(1), windows.sides.map(|n| L::splat_i(n as i32)));
+        let numbers = L::load(&array::from_fn(|n| n as f32));
+        for (eight, classes) in classes.chunks_exact_mut(WIDTH).take(look.count.div_ceil(WIDTH)).enumerate() {
+            let n = L::add(L::splat((WIDTH * eight) as f32), numbers);
+            let brick = |i: usize| {
+                let x = L::add(L::splat(look.at[i]), L::mul(L::splat(look.step[i]), n));
+                L::trunc(L::min(L::max(x, L::splat(0.0)), L::splat(windows.top[i])))
+            };
+            let first: [L::I; 3] = array::from_fn(brick);
+            let last: [L::I; 3] = array::from_fn(|axis| brick(4 + axis));
+            let second: [L::I; 3] = array::from_fn(|i| L::max_i(first[i], L::sub_i(L::add_i(last[i], one), sides[i])));
+            // Bricks between the two windows, if there are any.
+            let between = (0..3).map(|i| L::sub_i(L::sub_i(second[i], first[i]), sides[i])).fold(L::splat_i(0), L::max_i);
+            let mut class = L::splat_i(0);
+            for z in [first[2], second[2]] {
+                for y in [first[1], second[1]] {
+                    let row = L::mul_i(L::add_i(L::mul_i(z, dy), y), dx);
+                    for x in [first[0], second[0]] {
+                        class = L::max_i(class, L::bytes(&windows.classes, L::add_i(row, x)));
+                    }
+                }
+            }
+            let class = L::select_i(L::gt_i(between, L::splat_i(0)), L::splat_i(i32::from(u8::MAX)), class);
+            let mut found = [0; WIDTH];
+            L::store_i(class, &mut found);
+            for (to, found) in classes.iter_mut().zip(found) {
+                *to = found as u8;
+            }
         }
     }
 }

@@ -13,6 +13,7 @@ use crate::scene::{
 use crate::tally::{LeftOut, Tally};
 use crate::volume::bricks::Bricks;
 use crate::volume::packed::Packed;
+use crate::volume::VoxelType;
 use crate::{Error, Result, Volume};
 use std::array;
 use std::sync::Arc;
@@ -112,6 +113,9 @@ impl Renderer<'_> {
         // Where empty slices count, or are looked at, all rows do.
         if needs.skip && !W::SEES {
             frame.clear = clear(transfer_data);
+            if !needs.method.is_pre_integrated() {
+                frame.dark = dark(&frame);
+            }
         }
         let outer = match (needs.method.is_pre_integrated(), needs.method.ends) {
             (false, Ends::Partial) => Outer::Partial,
@@ -365,6 +369,7 @@ fn make_frame<'v>(
         table_scale,
         table_last: last as f32,
         clear: 0.0,
+        dark: None,
         fine,
         terminate,
         fog: scene.fog().map(|f| FrameFog {
@@ -382,6 +387,26 @@ fn clear(data: &TransferData) -> f32 {
     let clear = data.table.clear(data.classes.last() + 1);
     // Entries of the finer table may reach into the next interval.
     (if data.fine.is_some() { clear.saturating_sub(1) } else { clear }) as f32
+}
+
+/// The largest stored integer that shows nothing, nor does anything interpolated between such; by the frame's table and `clear`.
+fn dark(frame: &Frame<'_>) -> Option<i32> {
+    let bits = match frame.voxels.voxel_type() {
+        VoxelType::U8 | VoxelType::I8 => 8,
+        VoxelType::U16 | VoxelType::I16 => 16,
+        _ => return None,
+    };
+    let per_unit = f64::from(frame.table_scale[0]) * f64::from(frame.table_scale[1]);
+    if !(per_unit > 0.0 && frame.clear > 0.0) {
+        return None;
+    }
+    // Interpolation may round a value up by a few units in the last place of the largest there are.
+    let margin = libm::scalbn(1.0, bits - 20);
+    let end = f64::from(frame.table_low) + f64::from(frame.clear) * (1.0 - 1e-6) / per_unit - margin;
+    let (least, most) = frame.voxels.voxel_type().limits();
+    // Where all values were dark, the frame would hold nothing to show.
+    let last = libm::ceil(end) - 1.0;
+    (last >= least && last < most).then_some(last as i32)
 }
 
 /// What pixels start from: colour channels, then transmittance.
