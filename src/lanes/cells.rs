@@ -31,7 +31,8 @@ pub(crate) struct CellLoad {
     pub(crate) base: usize,
     /// Distance in voxels to the next voxel along x, y and z.
     pub(crate) strides: [usize; 3],
-    /// Distance in voxels from a fragment's cell to the one it will have on the next slice, to within a voxel along each axis.
+    /// Distance in voxels from a fragment's cell to what the next slice's lookup reads and this one's does not, to within a voxel along
+    /// each axis.
     pub(crate) ahead: isize,
 }
 
@@ -77,13 +78,12 @@ fn prefetch<T>(at: *const T) {
     let _ = at;
 }
 
-/// Asks for some of a row's cells on the slice to come: every other one, near and far edges in turn.
+/// Asks for a row's cells on the slice to come, or enough of them.
 #[inline(always)]
-fn prefetch_row<T>(near: *const T, far: *const T, offsets: &[i32; WIDTH]) {
-    prefetch(far.wrapping_add(offsets[0] as usize));
-    prefetch(near.wrapping_add(offsets[2] as usize));
-    prefetch(far.wrapping_add(offsets[4] as usize));
-    prefetch(near.wrapping_add(offsets[6] as usize));
+fn prefetch_row<T>(next: *const T, offsets: &[i32; WIDTH]) {
+    for i in [0, 2, 5, 7] {
+        prefetch(next.wrapping_add(offsets[i] as usize));
+    }
 }
 
 impl CellLoad {
@@ -130,7 +130,7 @@ impl CellLoad {
             for (i, &offset) in offsets.iter().enumerate() {
                 let at = self.base + offset as usize;
                 if i % 2 == 0 {
-                    prefetch(voxels.as_ptr().wrapping_add(at + if i % 4 == 0 { dz } else { 0 }).wrapping_offset(self.ahead));
+                    prefetch(voxels.as_ptr().wrapping_add(at).wrapping_offset(self.ahead));
                 }
                 for (corner, step) in out.0.iter_mut().zip(steps) {
                     // SAFETY: `fits` has shown that base + offset + dx + dy + dz, the largest index of all, is inside.
@@ -188,7 +188,7 @@ impl CellLoad {
             for (i, &offset) in offsets.iter().enumerate() {
                 let at = offset as usize;
                 if i % 2 == 0 {
-                    prefetch(from.wrapping_add(at + if i % 4 == 0 { dz } else { 0 }).wrapping_offset(self.ahead));
+                    prefetch(from.wrapping_add(at).wrapping_offset(self.ahead));
                 }
                 for (pair, step) in out.0.iter_mut().zip([0, dy, dz, dz + dy]) {
                     // SAFETY: `fits` has shown that base + offset + 1 + dy + dz is inside, so both bytes are; the read may be unaligned.
@@ -224,12 +224,11 @@ impl CellLoad {
             if cfg!(target_endian = "big") { both.rotate_left(16) } else { both }
         };
         let far = from.wrapping_add(self.strides[2]);
-        let next_far = next.wrapping_add(self.strides[2]);
         let limit = L::splat_i(i32::from_le_bytes([dark as u8; 4]));
         let mut lit = if DARK { 0 } else { rows };
         for_rows!(rows, r => {
             let o = row(offsets, r);
-            prefetch_row(next, next_far, o);
+            prefetch_row(next, o);
             let near = L::set_i([
                 quad(from, o[0]), quad(from, o[1]), quad(from, o[2]), quad(from, o[3]),
                 quad(from, o[4]), quad(from, o[5]), quad(from, o[6]), quad(from, o[7]),
@@ -274,12 +273,11 @@ impl CellLoad {
             if cfg!(target_endian = "big") { both.rotate_left(32) } else { both }
         };
         let far = from.wrapping_add(self.strides[2]);
-        let next_far = next.wrapping_add(self.strides[2]);
         let limit = L::splat_i((dark & 0xffff) | dark << 16);
         let mut lit = if DARK { 0 } else { rows };
         for_rows!(rows, r => {
             let o = row(offsets, r);
-            prefetch_row(next, next_far, o);
+            prefetch_row(next, o);
             let [near_left, near_right] = L::set_pairs([
                 quad(from, o[0]), quad(from, o[1]), quad(from, o[2]), quad(from, o[3]),
                 quad(from, o[4]), quad(from, o[5]), quad(from, o[6]), quad(from, o[7]),
@@ -318,7 +316,7 @@ impl CellLoad {
         };
         for_rows!(rows, r => {
             let o = row(offsets, r);
-            prefetch_row(next, next.wrapping_add(dz), o);
+            prefetch_row(next, o);
             for (edge, step) in [0, dy, dz, dz + dy].into_iter().enumerate() {
                 let from = from.wrapping_add(step);
                 let [left, right] = L::set_pairs([
@@ -349,7 +347,7 @@ impl CellLoad {
         };
         for_rows!(rows, r => {
             let o = row(offsets, r);
-            prefetch_row(next, next.wrapping_add(dz), o);
+            prefetch_row(next, o);
             for (out, step) in out.0.iter_mut().zip([0, dy, dz, dz + dy]) {
                 let from = from.wrapping_add(step);
                 let pairs = L::set_i([

@@ -192,7 +192,8 @@ impl Placing {
             std::array::from_fn(|i| f64::max(0.0, far * across[i]) + f64::max(0.0, far * down[i])),
         ];
         let step = forward * stack.spacing;
-        let ahead = (0..3).map(|i| libm::rint(slope[i] * step) as isize * strides[i] as isize).sum();
+        let ahead = (0..3).map(|i| cells_ahead(slope[i] * step) * strides[i] as isize).sum::<isize>()
+            + if slope[2] * step > 0.0 { strides[2] as isize } else { 0 };
         let top = stack.dims.map(|n| n.saturating_sub(2) as f64);
         let top_cell = top.map(|n| n as u32);
         let thick = strides.iter().all(|&s| s != 0);
@@ -279,6 +280,15 @@ impl Placing {
             self.spread(scale, batch);
         }
     }
+}
+
+/// The cell to ask the memory for, from one that is looked up, along an axis on which the next slice lies `step` cells further.
+///
+/// Short steps are rounded away from zero: what they reach first is in the cells that follow.
+fn cells_ahead(step: f64) -> isize {
+    let size = step.abs();
+    let cells = if size < 2.0 { libm::ceil(size) } else { libm::rint(size) };
+    (if step < 0.0 { -cells } else { cells }) as isize
 }
 
 /// What the coarse runs of a block hold, so many of them as fit.
