@@ -34,6 +34,8 @@ pub(crate) struct CellLoad {
     /// Distance in voxels from a fragment's cell to what the next slice's lookup reads and this one's does not, to within a voxel along
     /// each axis.
     pub(crate) ahead: isize,
+    /// From there to the cells' other sides, where slices lie so far apart that those are new too.
+    pub(crate) others: Option<isize>,
 }
 
 /// How stored values that f32 does not hold well are brought near zero and one: value * gain - bias, in f64.
@@ -78,11 +80,14 @@ fn prefetch<T>(at: *const T) {
     let _ = at;
 }
 
-/// Asks for a row's cells on the slice to come, or enough of them.
+/// Asks for enough of a row's cells on the slice to come; for their other sides too, where those are new as well.
 #[inline(always)]
-fn prefetch_row<T>(next: *const T, offsets: &[i32; WIDTH]) {
+fn prefetch_row<T>(next: *const T, others: Option<*const T>, offsets: &[i32; WIDTH]) {
     for i in [0, 2, 5, 7] {
         prefetch(next.wrapping_add(offsets[i] as usize));
+        if let Some(others) = others {
+            prefetch(others.wrapping_add(offsets[i] as usize));
+        }
     }
 }
 
@@ -217,6 +222,7 @@ impl CellLoad {
         assert!(self.strides[0] == 1 && self.fits::<L>(offsets, rows, packed.len()), "cell outside the volume");
         let from = packed.as_ptr().wrapping_add(self.base);
         let next = from.wrapping_offset(self.ahead);
+        let others = self.others.map(|other| next.wrapping_offset(other));
         let quad = |from: *const u16, at: i32| {
             // SAFETY: `at` is one of the offsets: `fits` has shown that base + at + 1 + dz is inside, so both pairs are; the read may be
             // unaligned.
@@ -228,7 +234,7 @@ impl CellLoad {
         let mut lit = if DARK { 0 } else { rows };
         for_rows!(rows, r => {
             let o = row(offsets, r);
-            prefetch_row(next, o);
+            prefetch_row(next, others, o);
             let near = L::set_i([
                 quad(from, o[0]), quad(from, o[1]), quad(from, o[2]), quad(from, o[3]),
                 quad(from, o[4]), quad(from, o[5]), quad(from, o[6]), quad(from, o[7]),
@@ -267,6 +273,7 @@ impl CellLoad {
         assert!(self.strides[0] == 1 && self.fits::<L>(offsets, rows, packed.len()), "cell outside the volume");
         let from = packed.as_ptr().wrapping_add(self.base);
         let next = from.wrapping_offset(self.ahead);
+        let others = self.others.map(|other| next.wrapping_offset(other));
         let quad = |from: *const u32, at: i32| {
             // SAFETY: as in `quads8`.
             let both = unsafe { from.add(at as usize).cast::<u64>().read_unaligned() };
@@ -277,7 +284,7 @@ impl CellLoad {
         let mut lit = if DARK { 0 } else { rows };
         for_rows!(rows, r => {
             let o = row(offsets, r);
-            prefetch_row(next, o);
+            prefetch_row(next, others, o);
             let [near_left, near_right] = L::set_pairs([
                 quad(from, o[0]), quad(from, o[1]), quad(from, o[2]), quad(from, o[3]),
                 quad(from, o[4]), quad(from, o[5]), quad(from, o[6]), quad(from, o[7]),
@@ -309,6 +316,7 @@ impl CellLoad {
         let [_, dy, dz] = self.strides;
         let from = voxels.as_ptr().wrapping_add(self.base);
         let next = from.wrapping_offset(self.ahead);
+        let others = self.others.map(|other| next.wrapping_offset(other));
         let pair = |from: *const u32, at: i32| {
             // SAFETY: as in `quads8`, for two 32-bit voxels and base + at + 1 + dy + dz.
             let both = unsafe { from.add(at as usize).cast::<u64>().read_unaligned() };
@@ -316,7 +324,7 @@ impl CellLoad {
         };
         for_rows!(rows, r => {
             let o = row(offsets, r);
-            prefetch_row(next, o);
+            prefetch_row(next, others, o);
             for (edge, step) in [0, dy, dz, dz + dy].into_iter().enumerate() {
                 let from = from.wrapping_add(step);
                 let [left, right] = L::set_pairs([
@@ -339,6 +347,7 @@ impl CellLoad {
         let [_, dy, dz] = self.strides;
         let from = voxels.as_ptr().wrapping_add(self.base);
         let next = from.wrapping_offset(self.ahead);
+        let others = self.others.map(|other| next.wrapping_offset(other));
         let pair = |from: *const u16, at: i32| {
             // SAFETY: as in `quads8`, for two 16-bit voxels and base + at + 1 + dy + dz.
             let both = unsafe { from.add(at as usize).cast::<i32>().read_unaligned() };
@@ -347,7 +356,7 @@ impl CellLoad {
         };
         for_rows!(rows, r => {
             let o = row(offsets, r);
-            prefetch_row(next, o);
+            prefetch_row(next, others, o);
             for (out, step) in out.0.iter_mut().zip([0, dy, dz, dz + dy]) {
                 let from = from.wrapping_add(step);
                 let pairs = L::set_i([

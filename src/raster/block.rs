@@ -168,6 +168,7 @@ pub(super) struct Placing {
     perspective: bool,
     /// See [`crate::lanes::CellLoad::ahead`].
     ahead: isize,
+    others: Option<isize>,
     /// Largest index of a cell's lower corner, and of a voxel.
     pub(super) top: [f64; 3],
     /// The same as a number of cells.
@@ -192,12 +193,15 @@ impl Placing {
             std::array::from_fn(|i| f64::max(0.0, far * across[i]) + f64::max(0.0, far * down[i])),
         ];
         let step = forward * stack.spacing;
-        let ahead = (0..3).map(|i| cells_ahead(slope[i] * step) * strides[i] as isize).sum::<isize>()
-            + if slope[2] * step > 0.0 { strides[2] as isize } else { 0 };
+        let steps = slope.map(|s| s * step);
+        let upper = if steps[2] > 0.0 { strides[2] as isize } else { 0 };
+        let ahead = (0..3).map(|i| cells_ahead(steps[i]) * strides[i] as isize).sum::<isize>() + upper;
+        let new = steps.iter().any(|s| s.abs() > 1.0);
+        let others = new.then_some(strides[2] as isize - 2 * upper);
         let top = stack.dims.map(|n| n.saturating_sub(2) as f64);
         let top_cell = top.map(|n| n as u32);
         let thick = strides.iter().all(|&s| s != 0);
-        Self { start, slope, across, down, extent, perspective: stack.perspective, ahead, top, top_cell, thick }
+        Self { start, slope, across, down, extent, perspective: stack.perspective, ahead, others, top, top_cell, thick }
     }
 
     /// Pixel steps grow with depth in perspective.
@@ -238,6 +242,7 @@ impl Placing {
     fn prepare(&self, frame: &Frame<'_>, batch: &mut Batch) {
         batch.cells.strides = frame.strides;
         batch.cells.ahead = self.ahead;
+        batch.cells.others = self.others;
         if !self.perspective {
             self.spread(1.0, batch);
         }
