@@ -11,9 +11,9 @@ use crate::scene::{
     Blend, Ends, Fog, FogDistance, FogWeighting, Method, Premultiplied, SampleAt, Scene, SlabForm, Slicing, TransferFunction, View,
 };
 use crate::tally::{LeftOut, Tally};
+use crate::volume::VoxelType;
 use crate::volume::bricks::Bricks;
 use crate::volume::packed::Packed;
-use crate::volume::VoxelType;
 use crate::{Error, Result, Volume};
 use std::array;
 use std::sync::Arc;
