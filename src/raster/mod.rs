@@ -8,6 +8,7 @@
 mod beam;
 mod block;
 mod contents;
+mod counters;
 mod pairs;
 mod resolve;
 mod threes;
@@ -15,8 +16,9 @@ mod tiles;
 mod watch;
 
 pub(crate) use beam::{Outer, Spans};
-pub(crate) use block::{Counters, Work};
+pub(crate) use block::Work;
 pub(crate) use contents::{Contents, LookAt, Runs, Sight};
+pub(crate) use counters::Counters;
 pub(crate) use pairs::PairWork;
 pub(crate) use resolve::Resolve;
 pub(crate) use threes::{THREE, Threes};

@@ -1,7 +1,8 @@
 //! Tiles: squares of the picture that threads take in turn. Each owns its pixels.
 
 use super::beam::Beams;
-use super::block::{self, Counters, Outcome, Work};
+use super::block::{self, Outcome, Work};
+use super::counters::Counters;
 use super::resolve::Resolve;
 use super::watch::Watch;
 use crate::fragment::Batch;
