@@ -2,7 +2,7 @@
 
 use super::batch::{Batch, Frame, for_rows, row, row_mut};
 use super::fetch;
-use crate::lanes::{Kernel, Lanes};
+use crate::lanes::{Kernel, Lanes, Places};
 
 /// One linear lookup a fragment. `SPLIT` scales in two steps, for ranges whose scale leaves f32.
 pub(crate) struct Classify<const SPLIT: bool>;
@@ -42,15 +42,18 @@ impl<'v, const SPLIT: bool> Kernel<Frame<'v>, Batch> for Classify<SPLIT> {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
         let clear = L::splat(frame.clear);
+        let mut places = Places::new(&frame.table);
         let mut shown = 0;
         for_rows!(batch.shown, r => {
             let x = position::<L, SPLIT>(frame, L::load(row(&batch.value, r)));
+            let index = L::trunc(x);
+            places.set::<L>(r, index, L::sub(x, L::to_f(index)));
             // Rows in which nothing shows are left out of what follows.
-            if L::bits(L::le(clear, x)) != 0 {
-                shown |= 1 << r;
-                let color = look_up::<L>(frame, x);
-                keep::<L>(batch, r, color);
-            }
+            shown |= u8::from(L::bits(L::le(clear, x)) != 0) << r;
+        });
+        for_rows!(shown, r => {
+            let color = places.look_up::<L>(r);
+            keep::<L>(batch, r, color);
         });
         batch.shown = shown;
     }

@@ -31,12 +31,12 @@ macro_rules! op {
 /// Interpolated entries of lanes I and I + 4, which share a register, so that a transposition stays within 128-bit halves.
 ///
 /// # Safety
-/// `at[I]` and `at[I + 4]` are offsets in bytes of entries of the table behind `from`, each followed by another entry.
+/// `at[I]` and `at[I + 4]` are places of the table behind `from`.
 #[inline(always)]
 unsafe fn row<const I: usize, const SPREAD: i32>(from: *const f32, at: &[u32; WIDTH], frac: __m256) -> __m256 {
     // SAFETY: the caller's.
     let (value, next) = unsafe {
-        let (low, high) = (from.byte_add(at[I] as usize), from.byte_add(at[I + 4] as usize));
+        let (low, high) = (from.add(at[I] as usize), from.add(at[I + 4] as usize));
         (_mm256_loadu2_m128(high, low), _mm256_loadu2_m128(high.add(4), low.add(4)))
     };
     // Lane I of either half, four times.
@@ -315,19 +315,15 @@ impl Lanes for Avx2 {
         op!(_mm256_set_m128(_mm256_cvtpd_ps(x[1]), _mm256_cvtpd_ps(x[0])))
     }
     #[inline(always)]
-    fn lookup(table: &LookupTable, index: __m256i, fraction: __m256) -> [__m256; 4] {
-        let (from, mask) = table.raw();
-        let mut at = [0u32; WIDTH];
-        // Entries take sixteen bytes.
-        let bytes = op!(_mm256_slli_epi32::<4>(_mm256_and_si256(index, _mm256_set1_epi32(mask as i32))));
-        Self::store_i(bytes, bytemuck::cast_mut(&mut at));
-        // SAFETY: indices are masked to those of entries with a next one.
+    unsafe fn entries(table: &LookupTable, at: &[u32; WIDTH], fraction: __m256) -> [__m256; 4] {
+        let from = table.raw();
+        // SAFETY: the caller's.
         let (a, b, c, d) = unsafe {
             (
-                row::<0, 0b00_00_00_00>(from, &at, fraction),
-                row::<1, 0b01_01_01_01>(from, &at, fraction),
-                row::<2, 0b10_10_10_10>(from, &at, fraction),
-                row::<3, 0b11_11_11_11>(from, &at, fraction),
+                row::<0, 0b00_00_00_00>(from, at, fraction),
+                row::<1, 0b01_01_01_01>(from, at, fraction),
+                row::<2, 0b10_10_10_10>(from, at, fraction),
+                row::<3, 0b11_11_11_11>(from, at, fraction),
             )
         };
         op!({

@@ -24,7 +24,7 @@ mod wide;
 pub(crate) use cells::{CellLoad, Corners, Pairs, ToF32};
 #[cfg(feature = "formats")]
 pub(crate) use mapped::Mapped;
-pub(crate) use table::LookupTable;
+pub(crate) use table::{LookupTable, Places};
 
 /// Runs a block of statements for each row of eight fragments whose bit is set, first row first.
 macro_rules! for_rows {
@@ -188,10 +188,19 @@ pub(crate) trait Lanes: Copy + 'static {
     /// Rounded to nearest.
     fn narrow(x: Self::D) -> Self::F;
 
-    /// Entries `index` of `table` plus `fraction` times the step to the next: red, green, blue, alpha.
+    /// Entries of `table` plus `fraction` times the step to the next: red, green, blue, alpha.
     ///
-    /// Indices are taken modulo the table's length.
-    fn lookup(table: &LookupTable, index: Self::I, fraction: Self::F) -> [Self::F; 4];
+    /// # Safety
+    /// `at` holds places of `table`: see [`LookupTable::places`].
+    unsafe fn entries(table: &LookupTable, at: &[u32; WIDTH], fraction: Self::F) -> [Self::F; 4];
+
+    /// Entries `index` of `table`, modulo its length, plus `fraction` times the step to the next: red, green, blue, alpha.
+    #[inline(always)]
+    fn lookup(table: &LookupTable, index: Self::I, fraction: Self::F) -> [Self::F; 4] {
+        let at = table.places::<Self>(index);
+        // SAFETY: places of this table.
+        unsafe { Self::entries(table, &at, fraction) }
+    }
 }
 
 /// A loop over a batch, written once for all vector types.

@@ -46,15 +46,15 @@ fn halves(m: [uint64x2_t; 4]) -> M {
     ])
 }
 
-/// Interpolated entry of lane `LANE` of a vector, `at` bytes from the first.
+/// Interpolated entry of lane `LANE` of a vector.
 ///
 /// # Safety
-/// `at[LANE]` is the offset in bytes of an entry of the table behind `from`, followed by another entry.
+/// `at[LANE]` is a place of the table behind `from`.
 #[inline(always)]
 unsafe fn row<const LANE: i32>(from: *const f32, at: &[u32; 4], fraction: float32x4_t) -> float32x4_t {
     // SAFETY: the caller's; unaligned is allowed.
     let (value, next) = unsafe {
-        let entry = from.byte_add(at[LANE as usize] as usize);
+        let entry = from.add(at[LANE as usize] as usize);
         (vld1q_f32(entry), vld1q_f32(entry.add(4)))
     };
     op!(vaddq_f32(value, vmulq_laneq_f32::<LANE>(vsubq_f32(next, value), fraction)))
@@ -339,13 +339,9 @@ impl Lanes for Neon {
         op!([vcvt_high_f32_f64(vcvt_f32_f64(x[0]), x[1]), vcvt_high_f32_f64(vcvt_f32_f64(x[2]), x[3])])
     }
     #[inline(always)]
-    fn lookup(table: &LookupTable, index: I, fraction: F) -> [F; 4] {
-        let (from, mask) = table.raw();
-        // Entries take sixteen bytes.
-        let bytes = Self::shl::<4>(Self::and_i(index, Self::splat_i(mask as i32)));
-        let mut at = [[0u32; 4]; 2];
-        Self::store_i(bytes, bytemuck::cast_mut(&mut at));
-        // SAFETY: indices are masked to those of entries with a next one.
+    unsafe fn entries(table: &LookupTable, at: &[u32; WIDTH], fraction: F) -> [F; 4] {
+        let (from, at): (_, &[[u32; 4]; 2]) = (table.raw(), bytemuck::cast_ref(at));
+        // SAFETY: the caller's.
         let (low, high) = unsafe { (four_rows(from, &at[0], fraction[0]), four_rows(from, &at[1], fraction[1])) };
         [[low[0], high[0]], [low[1], high[1]], [low[2], high[2]], [low[3], high[3]]]
     }

@@ -165,9 +165,10 @@ impl Lanes for Scalar {
         from.map(i32::from)
     }
     #[inline(always)]
-    fn lookup(table: &LookupTable, index: I, fraction: F) -> [F; 4] {
+    unsafe fn entries(table: &LookupTable, at: &[u32; WIDTH], fraction: F) -> [F; 4] {
         let rows: [[f32; 4]; WIDTH] = from_fn(|i| {
-            let [value, next] = table.get(index[i]);
+            // SAFETY: the caller's.
+            let [value, next] = unsafe { table.pair(at[i]) };
             from_fn(|c| value[c] + (next[c] - value[c]) * fraction[i])
         });
         from_fn(|c| from_fn(|i| rows[i][c]))

@@ -202,11 +202,11 @@ impl Lanes for Wide {
         cast(from.map(i32::from))
     }
     #[inline(always)]
-    fn lookup(table: &LookupTable, index: I, fraction: F) -> [F; 4] {
-        let index: [i32; WIDTH] = cast(index);
+    unsafe fn entries(table: &LookupTable, at: &[u32; WIDTH], fraction: F) -> [F; 4] {
         let fraction: [f32; WIDTH] = cast(fraction);
         let row = |i: usize| {
-            let [value, next] = table.get(index[i]).map(|entry| f32x4::new(*entry));
+            // SAFETY: the caller's.
+            let [value, next] = unsafe { table.pair(at[i]) }.map(|entry| f32x4::new(*entry));
             value + (next - value) * f32x4::splat(fraction[i])
         };
         let a = f32x4::transpose([row(0), row(1), row(2), row(3)]);

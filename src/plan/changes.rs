@@ -34,7 +34,7 @@ impl ChangeClasses {
     pub(crate) fn new(table: &LookupTable, (low, high): (f64, f64), last: usize) -> Self {
         let side = last.clamp(1, SIDE);
         let bounds: Vec<f64> = (0..=LAST).map(most).collect();
-        let entry = |i: usize| table.get(i as i32)[0];
+        let entry = |i: usize| &table.entries()[i];
         // Least and greatest of each interval, both of its ends among them.
         let parts: Vec<[[f32; 4]; 2]> = (0..side)
             .map(|i| {
