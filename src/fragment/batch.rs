@@ -63,10 +63,14 @@ pub(crate) struct Frame<'v> {
 #[derive(Clone)]
 #[repr(C, align(64))]
 pub(crate) struct PixelBlock {
-    /// First slice that covers the pixel.
-    pub(crate) first: [i32; BATCH],
     /// Last slice that covers the pixel; below `first` when none does.
     pub(crate) last: [i32; BATCH],
+    /// Gathered premultiplied red, green, blue; projections keep their value in the first.
+    pub(crate) color: [[f32; BATCH]; 3],
+    /// Transmittance left; projections keep the path length so far.
+    pub(crate) transmittance: [f32; BATCH],
+    /// First slice that covers the pixel.
+    pub(crate) first: [i32; BATCH],
     /// Length of the first fragment's piece of the ray, in slabs.
     pub(crate) first_length: [f32; BATCH],
     /// Length of the last fragment's piece of the ray, in slabs.
@@ -75,10 +79,6 @@ pub(crate) struct PixelBlock {
     pub(crate) slant: [f32; BATCH],
     /// Picture-plane coordinates, squared and summed: for radial fog.
     pub(crate) plane_squared: [f32; BATCH],
-    /// Gathered premultiplied red, green, blue; projections keep their value in the first.
-    pub(crate) color: [[f32; BATCH]; 3],
-    /// Transmittance left; projections keep the path length so far.
-    pub(crate) transmittance: [f32; BATCH],
     /// Values at the rays' entries: for slabs between two values.
     pub(crate) entry: [f32; BATCH],
     /// Values in the middle of the rays' first and second slabs, for those of second order; at last in the piece before the exit.
@@ -105,8 +105,6 @@ pub(crate) struct Batch {
     pub(crate) depth: f32,
     /// Fog factor of the slice, where fog is planar.
     pub(crate) fog: f32,
-    /// Fog factor of each fragment, where fragments of one batch lie at depths of their own.
-    pub(crate) fog_each: [f32; BATCH],
     /// Bit i: fragment i is covered.
     pub(crate) mask: u64,
     /// Pixels whose last slice lies before this one, one bit each. Set with the mask of partial batches.
@@ -135,14 +133,8 @@ pub(crate) struct Batch {
     pub(crate) cells: CellLoad,
     /// Offset of each cell's lower corner from the base voxel, in voxels.
     pub(crate) offset: [i32; BATCH],
-    /// The same for batches that span more voxels than `offset` can count.
-    pub(crate) far_offset: [u64; BATCH],
     /// Position of each fragment inside its cell, 0 to 1 along x, y, z.
     pub(crate) weight: [[f32; BATCH]; 3],
-    /// Corner values on their way to interpolation.
-    pub(crate) corners: Corners,
-    /// Corner values of 8-bit voxels.
-    pub(crate) pairs8: Pairs<u16>,
     /// Corner values of 16-bit voxels.
     pub(crate) pairs16: Pairs<u32>,
     /// Interpolated stored value.
@@ -155,6 +147,14 @@ pub(crate) struct Batch {
     pub(crate) length: [f32; BATCH],
     /// The pixels behind the fragments.
     pub(crate) pixels: PixelBlock,
+    /// The same for batches that span more voxels than `offset` can count.
+    pub(crate) far_offset: [u64; BATCH],
+    /// Corner values on their way to interpolation.
+    pub(crate) corners: Corners,
+    /// Corner values of 8-bit voxels.
+    pub(crate) pairs8: Pairs<u16>,
+    /// Fog factor of each fragment, where fragments of one batch lie at depths of their own.
+    pub(crate) fog_each: [f32; BATCH],
 }
 
 impl Batch {
