@@ -314,7 +314,19 @@ fn march<W: Watch>(
     watch.block(work.stack, x0, y0, batch);
     let slices = watch.slices(range.any.0..range.any.1 + 1);
     let window = (f64::from(x0) + 0.5, f64::from(y0) + 0.5);
-    let mut march = March { work, range, placing, batch, counters, watch, whole_lengths: true, window, kept: Kept::default(), ended: None };
+    let mut march = March {
+        work,
+        range,
+        placing,
+        batch,
+        counters,
+        watch,
+        whole_lengths: true,
+        window,
+        kept: Kept::default(),
+        through: f32::NAN,
+        ended: None,
+    };
     if !slices.is_empty() {
         march.slices(slices.start, slices.end, &mut looked);
         // A part of the slices leaves the way to the rays' exits for later.
@@ -342,6 +354,8 @@ pub(super) struct March<'m, 'f, 'v, W> {
     /// Window position of the first pixel's centre.
     pub(super) window: (f64, f64),
     pub(super) kept: Kept,
+    /// Root mean square of the pixels' transmittance; NaN where it is to be found out.
+    pub(super) through: f32,
     /// The slice after which every pixel was finished.
     ended: Option<i64>,
 }
@@ -522,5 +536,8 @@ impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
         let lanes = lanes_of(rows);
         self.counters.hidden += lanes;
         self.batch.dim = lanes >= DIM;
+        if self.batch.shown != 0 {
+            self.through = f32::NAN;
+        }
     }
 }

@@ -9,7 +9,8 @@ use super::block::March;
 use super::contents::LOOKS;
 use super::watch::Watch;
 use crate::fragment::Frame;
-use crate::fragment::batch::{BATCH, SIDE};
+use crate::fragment::batch::{BATCH, SIDE, row};
+use crate::lanes::{Kernel, Lanes, Level};
 use crate::plan::CHANGES;
 
 /// Largest change of a slab's colour and opacity in three slabs that become one, times the root mean square of what the block's pixels let
@@ -25,7 +26,33 @@ pub(crate) struct Threes<'f, 'v> {
     /// The frame with a table for slabs three times as thick.
     pub(crate) frame: &'f Frame<'v>,
     /// The largest change of a slab's colour and opacity in bricks of each class.
-    pub(crate) changes: [f32; CHANGES],
+    changes: [f32; CHANGES],
+    /// See [`LetThrough`].
+    let_through: fn(&[f32; BATCH], &mut f32),
+}
+
+impl<'f, 'v> Threes<'f, 'v> {
+    /// `change` tells the largest change of a slab's colour and opacity in bricks of a class.
+    pub(crate) fn new(frame: &'f Frame<'v>, change: impl Fn(usize) -> f32, level: Level) -> Self {
+        Self { frame, changes: std::array::from_fn(change), let_through: level.kernel::<LetThrough, _, _>() }
+    }
+}
+
+/// Root mean square of the transmittance of a block's pixels.
+struct LetThrough;
+
+impl Kernel<[f32; BATCH], f32> for LetThrough {
+    #[inline(always)]
+    fn run<L: Lanes>(transmittance: &[f32; BATCH], mean: &mut f32) {
+        let mut squares = L::splat(0.0);
+        for r in 0..SIDE {
+            let t = L::load(row(transmittance, r));
+            squares = L::add(squares, L::mul(t, t));
+        }
+        let mut sums = [0.0; SIDE];
+        L::store(squares, &mut sums);
+        *mean = (sums.iter().sum::<f32>() / BATCH as f32).sqrt();
+    }
 }
 
 impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
@@ -37,7 +64,7 @@ impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
         while k < to {
             let end = ((k / THREE + 1) * THREE).min(to);
             let whole = end - k == THREE && k >= self.range.whole.0 && end - 1 <= self.range.whole.1;
-            if whole && change * self.let_through() <= MOST {
+            if whole && self.hardly(threes, change) {
                 self.one(k + 1, threes.frame);
                 // The two others' fragments, of the rows that went through the stages and of the rest.
                 let inside = u64::from(self.batch.rows.count_ones()) * SIDE as u64;
@@ -77,14 +104,18 @@ impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
         true
     }
 
-    /// Root mean square of the pixels' transmittance.
-    fn let_through(&self) -> f32 {
-        let mut sums = [0.0f32; SIDE];
-        for row in self.batch.pixels.transmittance.chunks_exact(SIDE) {
-            for (sum, t) in sums.iter_mut().zip(row) {
-                *sum += t * t;
-            }
+    /// Whether a change of colour and opacity hardly shows behind what the block's pixels have gathered.
+    fn hardly(&mut self, threes: &Threes<'f, 'v>, change: f32) -> bool {
+        // No pixel lets more than all light through.
+        if change <= MOST {
+            return true;
         }
-        (sums.iter().sum::<f32>() / BATCH as f32).sqrt()
+        if change == f32::INFINITY {
+            return false;
+        }
+        if self.through.is_nan() {
+            (threes.let_through)(&self.batch.pixels.transmittance, &mut self.through);
+        }
+        change * self.through <= MOST
     }
 }

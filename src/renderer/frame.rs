@@ -147,7 +147,7 @@ impl Renderer<'_> {
             radial: needs.fog == Some(FogDistance::Radial),
             outer,
             pairs: stages.pairs,
-            threes: thick.as_ref().map(|frame| Threes { frame, changes: array::from_fn(|class| plan::most_change(class as u8) as f32) }),
+            threes: thick.as_ref().map(|frame| Threes::new(frame, |class| plan::most_change(class as u8) as f32, self.level)),
             sample: if needs.method.sample == SampleAt::End { 0.5 } else { 0.0 },
         };
         let resolve = Resolve {
