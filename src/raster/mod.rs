@@ -10,6 +10,7 @@ mod block;
 mod contents;
 mod counters;
 mod pairs;
+mod placing;
 mod resolve;
 mod threes;
 mod tiles;

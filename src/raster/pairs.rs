@@ -7,7 +7,8 @@
 //! ```
 
 use super::beam::Outer;
-use super::block::{March, Placing};
+use super::block::March;
+use super::placing::Placing;
 use super::watch::Watch;
 use crate::fragment::batch::{BATCH, SIDE};
 use crate::fragment::{BEHIND, Batch, Frame, Stage};

@@ -1,0 +1,145 @@
+//! Where the fragments of a block lie in the volume, slice by slice.
+
+use super::contents::{Look, Windows};
+use crate::fragment::batch::SIDE;
+use crate::fragment::{Batch, Frame};
+use crate::proxy::Stack;
+
+/// Index coordinates of a block as functions of depth: `start + d * slope` for its first pixel, and the block's extent.
+pub(super) struct Placing {
+    pub(super) start: [f64; 3],
+    pub(super) slope: [f64; 3],
+    pub(super) across: [f64; 3],
+    pub(super) down: [f64; 3],
+    /// Least and greatest offset of a pixel from the first.
+    extent: [[f64; 3]; 2],
+    perspective: bool,
+    /// See [`crate::lanes::CellLoad::ahead`].
+    ahead: isize,
+    others: Option<isize>,
+    /// Largest index of a cell's lower corner, and of a voxel.
+    pub(super) top: [f64; 3],
+    /// The same as a number of cells.
+    top_cell: [u32; 3],
+    /// Whether there are two voxels at least along each axis.
+    thick: bool,
+}
+
+impl Placing {
+    pub(super) fn new(stack: &Stack, strides: [usize; 3], forward: f64, x: f64, y: f64) -> Self {
+        let (mut start, mut slope) = ([0.0; 3], [0.0; 3]);
+        let across = stack.index.map(|f| f.b);
+        let down = stack.index.map(|f| f.c);
+        for axis in 0..3 {
+            let f = stack.index[axis];
+            let plane = f.b * x + f.c * y;
+            (start[axis], slope[axis]) = if stack.perspective { (f.a, f.g + plane) } else { (f.a + plane, f.g) };
+        }
+        let far = (SIDE - 1) as f64;
+        let extent = [
+            std::array::from_fn(|i| f64::min(0.0, far * across[i]) + f64::min(0.0, far * down[i])),
+            std::array::from_fn(|i| f64::max(0.0, far * across[i]) + f64::max(0.0, far * down[i])),
+        ];
+        let step = forward * stack.spacing;
+        let steps = slope.map(|s| s * step);
+        let upper = if steps[2] > 0.0 { strides[2] as isize } else { 0 };
+        let ahead = (0..3).map(|i| cells_ahead(steps[i]) * strides[i] as isize).sum::<isize>() + upper;
+        let new = steps.iter().any(|s| s.abs() > 1.0);
+        let others = new.then_some(strides[2] as isize - 2 * upper);
+        let top = stack.dims.map(|n| n.saturating_sub(2) as f64);
+        let top_cell = top.map(|n| n as u32);
+        let thick = strides.iter().all(|&s| s != 0);
+        Self { start, slope, across, down, extent, perspective: stack.perspective, ahead, others, top, top_cell, thick }
+    }
+
+    /// Pixel steps grow with depth in perspective.
+    pub(super) fn scale(&self, d: f64) -> f64 {
+        if self.perspective { d } else { 1.0 }
+    }
+
+    /// Least and greatest index coordinates of the block between depths `d0` and `d1`.
+    pub(super) fn bounds(&self, d0: f64, d1: f64) -> ([f64; 3], [f64; 3]) {
+        let (s0, s1) = (self.scale(d0), self.scale(d1));
+        let at = |axis: usize, d: f64| self.start[axis] + d * self.slope[axis];
+        (
+            std::array::from_fn(|i| f64::min(at(i, d0) + s0 * self.extent[0][i], at(i, d1) + s1 * self.extent[0][i])),
+            std::array::from_fn(|i| f64::max(at(i, d0) + s0 * self.extent[1][i], at(i, d1) + s1 * self.extent[1][i])),
+        )
+    }
+
+    /// Boxes of `count` runs of slices: `near` and `far` are the first run's first and last depth, `step` is the way to the next.
+    pub(super) fn boxes<'w>(&self, windows: &'w Windows, (near, far): (f64, f64), step: f64, count: usize) -> Look<'w> {
+        let (mut at, mut steps) = ([0.0; 8], [0.0; 8]);
+        for axis in 0..3 {
+            for (end, extent) in self.extent.iter().enumerate() {
+                // Affine in depth either way.
+                let (start, slope) = if self.perspective {
+                    (self.start[axis], self.slope[axis] + extent[axis])
+                } else {
+                    (self.start[axis] + extent[axis], self.slope[axis])
+                };
+                let depth = if (slope < 0.0) == (end == 0) { far } else { near };
+                at[4 * end + axis] = start + depth * slope;
+                steps[4 * end + axis] = step * slope;
+            }
+        }
+        Look::new(windows, at, steps, count)
+    }
+
+    /// Sets what is the same at all depths.
+    pub(super) fn prepare(&self, frame: &Frame<'_>, batch: &mut Batch) {
+        batch.cells.strides = frame.strides;
+        batch.cells.ahead = self.ahead;
+        batch.cells.others = self.others;
+        if !self.perspective {
+            self.spread(1.0, batch);
+        }
+    }
+
+    /// Sets the steps from pixel to pixel.
+    fn spread(&self, scale: f64, batch: &mut Batch) {
+        batch.across = self.across.map(|a| (scale * a) as f32);
+        batch.down = self.down.map(|a| (scale * a) as f32);
+    }
+
+    /// Sets where the batch's fragments lie at depth `d`, relative to a base voxel below all of them.
+    #[inline(always)]
+    pub(super) fn place(&self, d: f64, frame: &Frame<'_>, batch: &mut Batch) {
+        let scale = self.scale(d);
+        let mut base = 0;
+        let mut lowest = [0.0; 3];
+        let mut inner = self.thick;
+        for axis in 0..3 {
+            let first = self.start[axis] + d * self.slope[axis];
+            let least = first + scale * self.extent[0][axis];
+            // Truncation equals floor from 0 up, and everything below becomes 0.
+            let low = (least as u32).min(self.top_cell[axis]);
+            lowest[axis] = f64::from(low);
+            batch.origin[axis] = (first - lowest[axis]) as f32;
+            base += low as usize * frame.strides[axis];
+            // Well inside: f32 coordinates are off by less.
+            inner &= least >= 1e-3 && first + scale * self.extent[1][axis] < self.top[axis] + (1.0 - 1e-3);
+        }
+        batch.cells.base = base;
+        batch.inner = inner;
+        if !inner {
+            for axis in 0..3 {
+                batch.top[axis] = (self.top[axis] - lowest[axis]) as f32;
+                // The last voxel: one above the last cell's lower corner, unless the axis has a single voxel.
+                batch.reach[axis] = if frame.strides[axis] == 0 { 0.0 } else { (self.top[axis] - lowest[axis]) as f32 + 1.0 };
+            }
+        }
+        if self.perspective {
+            self.spread(scale, batch);
+        }
+    }
+}
+
+/// The cell to ask the memory for, from one that is looked up, along an axis on which the next slice lies `step` cells further.
+///
+/// Short steps are rounded away from zero: what they reach first is in the cells that follow.
+fn cells_ahead(step: f64) -> isize {
+    let size = step.abs();
+    let cells = if size < 2.0 { libm::ceil(size) } else { libm::rint(size) };
+    (if step < 0.0 { -cells } else { cells }) as isize
+}
