@@ -22,7 +22,7 @@ pub struct Tally {
     pub empty: u64,
     /// Fragments and pieces passed over because every pixel of their block let no more light through.
     pub finished: u64,
-    /// Fragments that a neighbour stood for: of three slabs that became one, the outer two.
+    /// Fragments that a neighbour stood for: of three or nine slabs that became one, all but the middle one.
     pub merged: u64,
     /// Lookups in lanes of batches that no fragment covers.
     pub beside: u64,

@@ -91,7 +91,7 @@ pub(super) fn explain(stats: &RenderStats, picture: &Picture) -> String {
     row("+ passed over, empty", t.empty, all, "the transfer function shows nothing there");
     row("+ passed over, finished", t.finished, all, "nothing behind an opaque front shows");
     if t.merged > 0 {
-        row("+ merged", t.merged, all, "the slab between two others stands for all three");
+        row("+ merged", t.merged, all, "the slab in the middle stands for two others or eight");
     }
     text += &table.end();
     let mut table = Table::new(&["voxel lookups", "number", "share", "what they are"]);

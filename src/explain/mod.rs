@@ -248,7 +248,7 @@ fn steady(renderer: &mut Renderer<'_>, scene: &Scene, pixel: Option<(u32, u32)>)
     }
     if scene.method().merge {
         scene = scene.clone().with_method(Method { merge: false, ..scene.method() })?;
-        notes.push("The scene lets three slabs be one where hardly anything changes; this page follows every slice.".to_owned());
+        notes.push("The scene lets several slabs be one where hardly anything changes; this page follows every slice.".to_owned());
     }
     let (mut picture, mut stats, mut survey) = renderer.render_watched(&scene, Survey::new(scene.blend()))?;
     let pixel = pixel.or_else(|| busiest(&survey));

@@ -154,7 +154,7 @@ pub(crate) fn passed_over(t: &Tally, visible_share: Option<f64>) -> Vec<LeftOut>
         ),
         LeftOut::counted(
             "batches of merged slabs",
-            "one slab stands for three where colour and opacity hardly change, or hardly any light comes from",
+            "one slab stands for three or nine where colour and opacity hardly change, or hardly any light comes from",
             (t.merged_batches, all),
             "batches",
         ),

@@ -94,8 +94,8 @@ pub(crate) struct Needs {
     /// Whether slabs within an interval of a table over pairs have a table of their own.
     pub(crate) fine: bool,
     pub(crate) skip: bool,
-    /// Whether three slabs may become one.
-    pub(crate) threes: bool,
+    /// Whether several slabs may become one.
+    pub(crate) merge: bool,
     pub(crate) method: Method,
     /// Whether sums are compensated.
     pub(crate) compensated: bool,
@@ -152,7 +152,7 @@ impl Needs {
             fine,
             skip,
             // It adds light slice by slice; and what is no number changes any way.
-            threes: method.merge && skip && !guard,
+            merge: method.merge && skip && !guard,
             method,
             compensated: compensated && blend == BlendKind::Over,
         }

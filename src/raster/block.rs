@@ -1,11 +1,11 @@
 //! One block of 8 x 8 pixels: its slices in order, those that matter, through the stages.
 
 use super::beam::{Beams, BlockRange, Outer};
-use super::contents::{LOOKS, Look, Looked, RUNS, Runs, Sight, Windows};
+use super::contents::{LOOKS, Look, Looked, Runs, Sight, Windows};
 use super::counters::{Counters, lanes_of};
+use super::merge::{Merging, NINE, THREE};
 use super::pairs::{Kept, PairWork};
 use super::placing::Placing;
-use super::threes::Threes;
 use super::watch::Watch;
 use crate::fragment::batch::{BATCH, SIDE, rows_of};
 use crate::fragment::{Batch, Frame, Stage};
@@ -43,8 +43,8 @@ pub(crate) struct Work<'f, 'v> {
     pub(crate) outer: Outer,
     /// More lookups, where slabs lie between slices.
     pub(crate) pairs: Option<PairWork<'v>>,
-    /// What it takes to make one slab of three, where that may be.
-    pub(crate) threes: Option<Threes<'f, 'v>>,
+    /// What it takes to make one slab of several, where that may be.
+    pub(crate) merging: Option<Merging<'f, 'v>>,
     /// Where in its slab a value is taken, in slabs from its middle.
     pub(crate) sample: f64,
 }
@@ -89,7 +89,7 @@ impl Coarse {
             // Those around it, whichever way the block is gone through.
             self.first = at / LOOKS as i64 * LOOKS as i64;
             self.known = LOOKS;
-            let slices = work.runs.slices * RUNS;
+            let slices = work.runs.slices * work.runs.coarse;
             work.look_at(placing, &sight.coarse, (self.first * slices, slices), LOOKS, &mut self.classes);
         }
         self.classes[(at - self.first) as usize]
@@ -97,7 +97,7 @@ impl Coarse {
 
     /// Whether anything may show on the slices of `range`.
     fn find<'f>(&mut self, work: &Work<'f, '_>, sight: &'f Sight, placing: &Placing, range: &BlockRange) -> bool {
-        let slices = work.runs.slices * RUNS;
+        let slices = work.runs.slices * work.runs.coarse;
         // The way behind the last slice belongs to it.
         let (first, last) = (range.any.0 / slices, (range.any.1 + work.runs.back) / slices);
         if last - first < LOOKS as i64 {
@@ -226,32 +226,43 @@ impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
     /// Slices `from..to` in the scene's order, but for those on which nothing shows.
     fn slices(&mut self, from: i64, to: i64, looked: &mut Coarse) {
         // Where everything shows there is nothing to look for; but what becomes one has to be looked at.
-        let Some(sight) = self.work.sight.filter(|sight| !sight.all || extra(self.work.threes.as_ref()).is_some()) else {
+        let Some(sight) = self.work.sight.filter(|sight| !sight.all || extra(self.work.merging.as_ref()).is_some()) else {
             self.run(from, to, u8::MAX);
             return;
         };
-        let slices = self.work.runs.slices;
+        let Runs { slices, coarse: group, .. } = self.work.runs;
         let ahead = self.work.order == Order::FrontToBack;
-        let coarse = from / (slices * RUNS)..(to - 1) / (slices * RUNS) + 1;
+        let coarse = from / (slices * group)..(to - 1) / (slices * group) + 1;
         for n in 0..coarse.end - coarse.start {
             let at = if ahead { coarse.start + n } else { coarse.end - 1 - n };
-            let (first, end) = ((at * slices * RUNS).max(from), ((at + 1) * slices * RUNS).min(to));
+            let (first, end) = ((at * slices * group).max(from), ((at + 1) * slices * group).min(to));
             if looked.class(self.work, sight, &self.placing, at) == 0 {
                 self.pass_over(first, end);
                 continue;
             }
-            let runs = at * RUNS + (first - at * slices * RUNS) / slices..at * RUNS + (end - 1 - at * slices * RUNS) / slices + 1;
+            let runs = first / slices..(end - 1) / slices + 1;
             let mut classes = [0; LOOKS];
             let count = (runs.end - runs.start) as usize;
             self.work.look_at(&self.placing, &sight.fine, (runs.start * slices, slices), count, &mut classes);
-            for n in 0..runs.end - runs.start {
-                let run = if ahead { runs.start + n } else { runs.end - 1 - n };
-                let class = classes[(run - runs.start) as usize];
-                let (first, end) = ((run * slices).max(from), ((run + 1) * slices).min(to));
-                if class == 0 {
+            let mut n = 0;
+            while n < count {
+                let at = if ahead { n } else { count - 1 - n };
+                let run = runs.start + at as i64;
+                let (first, mut end) = ((run * slices).max(from), ((run + 1) * slices).min(to));
+                n += 1;
+                let go_on = if self.nine(first, to, &classes[at..count]) {
+                    n += 2;
+                    end = first + NINE;
+                    self.batch.pixels.alive != 0
+                } else if classes[at] == 0 {
                     self.pass_over(first, end);
-                } else if !self.run(first, end, class) {
+                    true
+                } else {
+                    self.run(first, end, classes[at])
+                };
+                if !go_on {
                     // Every pixel is finished.
+                    self.ended = self.ended.or(Some(end - 1));
                     let (first, end) = if ahead { (end, to) } else { (from, first) };
                     self.counters.finished += (end - first) as u64;
                     self.watch.skipped(first, end, true);
@@ -259,6 +270,14 @@ impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
                 }
             }
         }
+    }
+
+    /// Nine slices from `first` on, before `to`, as one, if that will do; `classes` tells what shows in the runs from there on.
+    fn nine(&mut self, first: i64, to: i64, classes: &[u8]) -> bool {
+        let Some(merging) = extra(self.work.merging.as_ref()) else { return false };
+        let (&[a, b, c, ..], THREE, 0) = (classes, self.work.runs.slices, first % NINE) else { return false };
+        let class = a.max(b).max(c);
+        class > 0 && first + NINE <= to && self.merged::<1>(merging, first, class)
     }
 
     /// Nothing shows on slices `from..to`.
@@ -269,8 +288,8 @@ impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
 
     /// Slices `from..to`, on which something of `class` may show; false when every pixel is finished.
     fn run(&mut self, from: i64, to: i64, class: u8) -> bool {
-        if let Some(threes) = extra(self.work.threes.as_ref()) {
-            return self.in_threes(threes, from, to, class);
+        if let Some(merging) = extra(self.work.merging.as_ref()) {
+            return self.merging(merging, from, to, class);
         }
         for k in from..to {
             let (slice, rest) = match self.work.order {

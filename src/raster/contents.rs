@@ -9,6 +9,7 @@
 //!                         [ last  ]
 //! ```
 
+use super::merge::{NINE, THREE};
 use crate::fragment::batch::SIDE;
 use crate::lanes::{Kernel, Lanes, WIDTH};
 use crate::proxy::{HalfSpace, Stack};
@@ -19,8 +20,7 @@ use std::array;
 
 /// Runs looked at at once, at most.
 pub(super) const LOOKS: usize = 64;
-/// Runs of a coarse run, and bricks of a coarse brick along each axis.
-pub(super) const RUNS: i64 = 8;
+/// Bricks of a coarse brick along each axis.
 const COARSE: usize = 4;
 
 /// A class for each brick: 0 where nothing shows.
@@ -186,6 +186,8 @@ impl Sight {
 pub(crate) struct Runs {
     /// Slices of a run.
     pub(super) slices: i64,
+    /// Runs of a coarse run.
+    pub(super) coarse: i64,
     /// Slices that one of them needs besides its own.
     pub(super) back: i64,
     /// Whether a run's slices are worth a look each.
@@ -195,17 +197,23 @@ pub(crate) struct Runs {
 }
 
 impl Runs {
-    /// Runs of `stack`, in whole multiples of `unit` slices. With slabs `between` slices each reaches back to the slice before.
-    pub(crate) fn new(stack: &Stack, between: bool, unit: i64) -> Self {
+    /// Runs of `stack`. With slabs `between` slices each reaches back to the slice before; where slabs `merge` they suit threes and nines.
+    pub(crate) fn new(stack: &Stack, between: bool, merge: bool) -> Self {
         let (w, h) = (f64::from(stack.view.width), f64::from(stack.view.height));
         let along = |f: &HalfSpace, x: f64, y: f64| (f.g + if stack.perspective { f.b * x + f.c * y } else { 0.0 }).abs() * stack.spacing;
         let cells = stack.index.iter().map(|f| along(f, 0.5 * w, 0.5 * h)).fold(0.0, f64::max);
         // No frame has more.
         let thin = ((THIN / cells) as i64).min(MAX_SLICES as i64);
-        let slices = (thin / unit * unit).max(unit);
+        let slices = match thin {
+            _ if !merge => thin.max(1),
+            NINE.. => thin / NINE * NINE,
+            _ => THREE,
+        };
+        // Nines do not lie across coarse runs; smaller ones tell more where slices are far apart.
+        let coarse = if merge && slices == THREE && thin >= 2 * THREE { 4 * THREE } else { 8 };
         let back = i64::from(between);
         let scale = if stack.perspective { stack.far } else { 1.0 };
-        let sides = [1, RUNS].map(|runs| {
+        let sides = [1, coarse].map(|runs| {
             let planes = (slices * runs - 1 + back) as f64;
             let brick = (if runs == 1 { BRICK } else { COARSE * BRICK }) as f64;
             array::from_fn(|i| {
@@ -217,7 +225,7 @@ impl Runs {
                 1 << least.min(stack.dims[i]).ilog2()
             })
         });
-        Self { slices, back, thick: thin < unit, sides }
+        Self { slices, coarse, back, thick: merge && thin < THREE, sides }
     }
 }
 

@@ -6,7 +6,7 @@ use crate::fragment::{Frame, FrameFog};
 use crate::lanes::{Level, LookupTable};
 use crate::plan::{self, ChangeClasses, Classes, Needs, Planned, Scaling, Slab, Stages};
 use crate::proxy::Stack;
-use crate::raster::{BlockMask, Contents, Counters, LookAt, Outer, Resolve, Runs, Sight, THREE, Threes, Watch, Work, render_tiles};
+use crate::raster::{BlockMask, Contents, Counters, LookAt, Merging, Outer, Resolve, Runs, Sight, THICK, Watch, Work, render_tiles};
 use crate::scene::{
     Blend, Ends, Fog, FogDistance, FogWeighting, Method, Premultiplied, SampleAt, Scene, SlabForm, Slicing, TransferFunction, View,
 };
@@ -38,27 +38,28 @@ pub(super) struct TransferData {
     fine: Option<Arc<LookupTable>>,
     contents: Arc<Contents>,
     sight: Option<Sight>,
-    threes: Option<ThreesData>,
+    thick: Option<ThickData>,
 }
 
-/// What slabs three times as thick need.
-struct ThreesData {
-    table: Arc<LookupTable>,
+/// What slabs several times as thick need.
+struct ThickData {
+    /// For each of [`THICK`].
+    tables: [Arc<LookupTable>; 2],
     contents: Contents,
     sight: Option<Sight>,
 }
 
 impl TransferData {
-    /// What bricks hold, as a frame of `runs` looks at it; and the table of slabs three times as thick, where `threes` become one.
-    fn sight(&mut self, runs: &Runs, threes: bool) -> (&Sight, Option<Arc<LookupTable>>) {
-        let (contents, sight, table) = match &mut self.threes {
-            Some(t) if threes => (&t.contents, &mut t.sight, Some(t.table.clone())),
+    /// What bricks hold, as a frame of `runs` looks at it; and the tables of slabs several times as thick, where they `merge`.
+    fn sight(&mut self, runs: &Runs, merge: bool) -> (&Sight, Option<[Arc<LookupTable>; 2]>) {
+        let (contents, sight, tables) = match &mut self.thick {
+            Some(t) if merge => (&t.contents, &mut t.sight, Some(t.tables.clone())),
             _ => (&*self.contents, &mut self.sight, None),
         };
         if sight.as_ref().is_none_or(|s| s.sides() != runs.sides) {
             *sight = None;
         }
-        (sight.get_or_insert_with(|| Sight::new(contents, runs.sides)), table)
+        (sight.get_or_insert_with(|| Sight::new(contents, runs.sides)), tables)
     }
 }
 
@@ -104,8 +105,8 @@ impl Renderer<'_> {
             });
             list[..=at].rotate_right(1);
             list.truncate(KEPT);
-            if method.merge && list[0].threes.is_none() {
-                list[0].threes = prepare_threes(&list[0], volume, bricks);
+            if method.merge && list[0].thick.is_none() {
+                list[0].thick = prepare_thick(&list[0], volume, bricks);
             }
             &mut list[0]
         });
@@ -123,14 +124,14 @@ impl Renderer<'_> {
             (true, Ends::Partial) => Outer::Between,
             (true, Ends::Whole) => Outer::WholeBetween,
         };
-        let runs = Runs::new(&stack, outer.between(), if needs.threes { THREE } else { 1 });
+        let runs = Runs::new(&stack, outer.between(), needs.merge);
         let (sight, thick) = if needs.skip {
-            let (sight, thick) = transfer_data.sight(&runs, needs.threes);
+            let (sight, thick) = transfer_data.sight(&runs, needs.merge);
             (Some(sight), thick)
         } else {
             (None, None)
         };
-        let thick = thick.map(|table| Frame { table, ..frame.clone() });
+        let thick = thick.map(|tables| tables.map(|table| Frame { table, ..frame.clone() }));
         let work = Work {
             frame: &frame,
             stack: &stack,
@@ -147,7 +148,7 @@ impl Renderer<'_> {
             radial: needs.fog == Some(FogDistance::Radial),
             outer,
             pairs: stages.pairs,
-            threes: thick.as_ref().map(|frame| Threes::new(frame, |class| plan::most_change(class as u8) as f32, self.level)),
+            merging: thick.as_ref().map(|frames| Merging::new(frames, |class| plan::most_change(class as u8) as f32, self.level)),
             sample: if needs.method.sample == SampleAt::End { 0.5 } else { 0.0 },
         };
         let resolve = Resolve {
@@ -168,7 +169,7 @@ impl Renderer<'_> {
         } else {
             let tile = self.settings.tile.unwrap_or_else(|| tile_side(stack.view.width, stack.view.height));
             // What becomes one depends on all of a block's pixels: no tile may cut one.
-            let tile = if needs.threes { tile.next_multiple_of(SIDE as u32) } else { tile };
+            let tile = if needs.merge { tile.next_multiple_of(SIDE as u32) } else { tile };
             let seen;
             (counters, seen) = render_tiles(&work, &resolve, tile, pixels, blocks, self.settings.progress.as_deref(), &shot.watch)?;
             shot.watch.merge(seen);
@@ -307,11 +308,11 @@ fn prepare_transfer(
             u8::from(classes.opaque_within(lo, hi))
         })),
     };
-    TransferData { transfer: transfer.clone(), slab, pairs, classes, table, fine, contents, sight: None, threes: None }
+    TransferData { transfer: transfer.clone(), slab, pairs, classes, table, fine, contents, sight: None, thick: None }
 }
 
-/// What it takes to make one slab of three like those of `data`; nothing where values come in pairs.
-fn prepare_threes(data: &TransferData, volume: &Volume, bricks: &Bricks) -> Option<ThreesData> {
+/// What it takes to make one slab of several like those of `data`; nothing where values come in pairs.
+fn prepare_thick(data: &TransferData, volume: &Volume, bricks: &Bricks) -> Option<ThickData> {
     let Classes::Values(layout) = &data.classes else { return None };
     let classes = ChangeClasses::new(&data.table, data.classes.range(), data.classes.last());
     let (slope, intercept) = volume.rescale();
@@ -321,8 +322,11 @@ fn prepare_threes(data: &TransferData, volume: &Volume, bricks: &Bricks) -> Opti
         // Classes are too coarse to tell what shows from what does not.
         if data.classes.opaque_within(a, b) { classes.class(a, b).max(1) } else { 0 }
     });
-    let slab = Slab { ratio: THREE as f64 * data.slab.ratio, ..data.slab };
-    Some(ThreesData { table: Arc::new(layout.table(&data.transfer, slab)), contents, sight: None })
+    let tables = THICK.map(|(count, _)| {
+        let slab = Slab { ratio: count as f64 * data.slab.ratio, ..data.slab };
+        Arc::new(layout.table(&data.transfer, slab))
+    });
+    Some(ThickData { tables, contents, sight: None })
 }
 
 /// Constants of the frame, and whether the table's scale has to be applied in two steps.

@@ -106,7 +106,7 @@ pub struct Method {
     pub accumulation: Accumulation,
     /// Whether pictures of N and 2 N slices are extrapolated to infinitely many (Richardson), by the method's order.
     pub extrapolate: bool,
-    /// Whether three slabs become one where colour and opacity hardly change, or hardly any light comes from.
+    /// Whether three slabs or nine become one where colour and opacity hardly change, or hardly any light comes from.
     pub merge: bool,
 }
 

@@ -89,7 +89,7 @@ pub const METHODS: &[NamedMethod] = &[
     },
     NamedMethod {
         name: "merged",
-        about: "midpoint, but three slabs as one where colour and opacity hardly change",
+        about: "midpoint, but three or nine slabs as one where colour and opacity hardly change",
         method: Method { merge: true, ..BASE },
         ..PLAIN
     },

@@ -150,7 +150,7 @@ pub(super) struct SliceKeys {
     pub accumulation: Option<AccumulationKey>,
     /// Whether pictures of N and 2 N slices are extrapolated to infinitely many.
     pub extrapolate: Option<bool>,
-    /// Whether three slabs become one where colour and opacity hardly change, or hardly any light comes from; always where a tolerance is given.
+    /// Whether three slabs or nine become one where colour and opacity hardly change, or hardly any light comes from; always where a tolerance is given.
     pub merge: Option<bool>,
 }
 
