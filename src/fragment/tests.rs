@@ -2,25 +2,12 @@
 
 use super::batch::{BATCH, Batch, Frame, FrameFog};
 use super::*;
+use crate::lanes::tests::Numbers;
 use crate::lanes::{Kernel, Level, LookupTable};
 use crate::scene::FogMode;
 use crate::volume::packed::{Packed, Pairs};
 use crate::volume::{VoxelType, Voxels};
 use std::sync::Arc;
-
-struct Numbers(u64);
-
-impl Numbers {
-    fn bits(&mut self) -> u64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        self.0
-    }
-    fn unit(&mut self) -> f32 {
-        (self.bits() >> 40) as f32 / (1u64 << 24) as f32
-    }
-}
 
 const DIMS: [usize; 3] = [23, 19, 17];
 
@@ -29,17 +16,17 @@ fn voxels(kind: VoxelType, n: &mut Numbers) -> Voxels {
     voxels.as_bytes_mut().iter_mut().for_each(|b| *b = n.bits() as u8);
     match &mut voxels {
         // Random bits would be NaN too often to test anything else.
-        Voxels::F32(v) => v.iter_mut().for_each(|x| *x = if n.bits() % 50 == 0 { f32::NAN } else { n.unit() * 300.0 }),
+        Voxels::F32(v) => v.iter_mut().for_each(|x| *x = if n.bits() % 50 == 0 { f32::NAN } else { n.unit32() * 300.0 }),
         // Others are rescaled, and looked up another way.
         Voxels::U32(v) => v.iter_mut().for_each(|x| *x >>= 8),
-        Voxels::F64(v) => v.iter_mut().for_each(|x| *x = f64::from(n.unit()) * 300.0),
+        Voxels::F64(v) => v.iter_mut().for_each(|x| *x = f64::from(n.unit32()) * 300.0),
         _ => {}
     }
     voxels
 }
 
 fn frame<'v>(voxels: &'v Voxels, n: &mut Numbers, mode: FogMode, weighted: bool) -> Frame<'v> {
-    let colors: Vec<[f32; 4]> = (0..64).map(|_| std::array::from_fn(|_| n.unit())).collect();
+    let colors: Vec<[f32; 4]> = (0..64).map(|_| std::array::from_fn(|_| n.unit32())).collect();
     Frame {
         voxels,
         packed: None,
@@ -63,38 +50,38 @@ fn frame<'v>(voxels: &'v Voxels, n: &mut Numbers, mode: FogMode, weighted: bool)
 fn batch(n: &mut Numbers) -> Box<Batch> {
     let mut b = Batch::new();
     b.slice = (n.bits() % 9) as i32;
-    b.depth = n.unit() * 10.0;
-    b.fog = n.unit();
+    b.depth = n.unit32() * 10.0;
+    b.fog = n.unit32();
     b.mask = n.bits();
     let base = [n.bits() as usize % 10, n.bits() as usize % 9, n.bits() as usize % 8];
     b.cells.strides = [1, DIMS[0], DIMS[0] * DIMS[1]];
     b.cells.base = base[0] + base[1] * DIMS[0] + base[2] * DIMS[0] * DIMS[1];
     for axis in 0..3 {
-        b.origin[axis] = n.unit() * 9.0 - 3.0;
-        b.across[axis] = n.unit() * 2.0 - 1.0;
-        b.down[axis] = n.unit() * 2.0 - 1.0;
+        b.origin[axis] = n.unit32() * 9.0 - 3.0;
+        b.across[axis] = n.unit32() * 2.0 - 1.0;
+        b.down[axis] = n.unit32() * 2.0 - 1.0;
         b.top[axis] = (DIMS[axis] - 2 - base[axis]) as f32;
         b.reach[axis] = b.top[axis] + 1.0;
     }
     for i in 0..BATCH {
-        b.value[i] = n.unit() * 400.0 - 50.0;
-        b.alpha[i] = if n.bits() % 4 == 0 { 0.0 } else { n.unit() };
-        b.length[i] = if n.bits() % 2 == 0 { 1.0 } else { n.unit() * 1.5 };
+        b.value[i] = n.unit32() * 400.0 - 50.0;
+        b.alpha[i] = if n.bits() % 4 == 0 { 0.0 } else { n.unit32() };
+        b.length[i] = if n.bits() % 2 == 0 { 1.0 } else { n.unit32() * 1.5 };
         b.pixels.first[i] = (n.bits() % 6) as i32;
         b.pixels.last[i] = (n.bits() % 12) as i32;
-        b.pixels.first_length[i] = n.unit();
-        b.pixels.last_length[i] = n.unit();
-        b.pixels.slant[i] = 1.0 + n.unit();
-        b.pixels.plane_squared[i] = n.unit() * 5.0;
-        b.pixels.transmittance[i] = n.unit() * n.unit() * n.unit();
-        b.fog_each[i] = n.unit();
-        b.pixels.entry[i] = n.unit() * 300.0;
+        b.pixels.first_length[i] = n.unit32();
+        b.pixels.last_length[i] = n.unit32();
+        b.pixels.slant[i] = 1.0 + n.unit32();
+        b.pixels.plane_squared[i] = n.unit32() * 5.0;
+        b.pixels.transmittance[i] = n.unit32() * n.unit32() * n.unit32();
+        b.fog_each[i] = n.unit32();
+        b.pixels.entry[i] = n.unit32() * 300.0;
         b.pixels.middle = [b.value, b.pixels.entry];
-        b.pixels.previous[0][i] = n.unit() * 300.0;
-        b.pixels.previous[1][i] = n.unit() * 300.0;
+        b.pixels.previous[0][i] = n.unit32() * 300.0;
+        b.pixels.previous[1][i] = n.unit32() * 300.0;
         for c in 0..3 {
-            b.color[c][i] = n.unit() * b.alpha[i];
-            b.pixels.color[c][i] = n.unit() * 200.0;
+            b.color[c][i] = n.unit32() * b.alpha[i];
+            b.pixels.color[c][i] = n.unit32() * 200.0;
         }
     }
     b
@@ -114,7 +101,7 @@ fn bits(b: &Batch) -> Vec<u64> {
 
 /// Runs stage `K` after those that it needs, at every level, and asks for the scalar bits.
 fn twin<K: for<'v> Kernel<Frame<'v>, Batch>>(name: &str, before: &[fn(&Frame<'_>, &mut Batch)], kinds: &[VoxelType]) {
-    let mut n = Numbers(99);
+    let mut n = Numbers::new(99);
     let modes = [
         FogMode::Linear { start: 1.0, end: 4.0 },
         FogMode::Linear { start: 2.0, end: 2.0 },
@@ -229,7 +216,7 @@ fn every_stage_equals_its_scalar_twin() {
 #[test]
 fn guard_uncovers_fragments_without_a_finite_value() {
     let voxels = Voxels::U8(vec![0; DIMS.iter().product()].into());
-    let mut n = Numbers(5);
+    let mut n = Numbers::new(5);
     let frame = frame(&voxels, &mut n, FogMode::Exp { density: 0.0 }, true);
     for level in Level::available() {
         let mut b = Batch::new();
@@ -243,7 +230,7 @@ fn guard_uncovers_fragments_without_a_finite_value() {
 
 #[test]
 fn lookups_of_pairs_and_of_corners_agree_with_f64() {
-    let mut n = Numbers(11);
+    let mut n = Numbers::new(11);
     for kind in VoxelType::ALL {
         let voxels = voxels(kind, &mut n);
         let frame = frame(&voxels, &mut n, FogMode::Exp { density: 0.0 }, true);

@@ -283,4 +283,4 @@ impl Level {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

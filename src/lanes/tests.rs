@@ -20,6 +20,9 @@ impl Numbers {
     pub(crate) fn unit(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1u64 << 53) as f64
     }
+    pub(crate) fn unit32(&mut self) -> f32 {
+        (self.bits() >> 40) as f32 / (1u64 << 24) as f32
+    }
     pub(crate) fn between(&mut self, lo: f64, hi: f64) -> f64 {
         lo + self.unit() * (hi - lo)
     }
@@ -211,4 +214,58 @@ fn levels_are_found_by_name_and_scalar_and_wide_are_everywhere() {
         assert_eq!(Level::from_name(name).map(Level::name), Some(name));
     }
     assert_eq!(Level::from_name("mmx"), None);
+}
+
+/// Whether any of three vectors holds a number above the limits: of 8 bits without and with sign, of 16 bits without and with.
+struct AnyAbove;
+
+impl Kernel<[[i32; WIDTH]; 4], [bool; 4]> for AnyAbove {
+    #[inline(always)]
+    fn run<L: Lanes>([a, b, c, limit]: &[[i32; WIDTH]; 4], found: &mut [bool; 4]) {
+        let (x, limit) = ([L::load_i(a), L::load_i(b), L::load_i(c)], L::load_i(limit));
+        *found = [
+            L::any_above::<8, false>(&x, limit),
+            L::any_above::<8, true>(&x, limit),
+            L::any_above::<16, false>(&x, limit),
+            L::any_above::<16, true>(&x, limit),
+        ];
+    }
+}
+
+#[test]
+fn numbers_above_a_limit_are_never_overlooked() {
+    let mut n = Numbers::new(11);
+    let mut without = 0;
+    for round in 0..20_000 {
+        // Small numbers and limits near them, so that some vectors have none above.
+        let most = 1 << (n.bits() % 15);
+        let number = |n: &mut Numbers| n.bits() % (most + 1);
+        let pack = |n: &mut Numbers| {
+            let (a, b) = (number(n), number(n));
+            let sign = if n.bits() % 4 == 0 { 0x8000_8080 } else { 0 };
+            (a as u32 | (b as u32) << 16 | sign) as i32
+        };
+        let mut input: [[i32; WIDTH]; 4] = std::array::from_fn(|_| std::array::from_fn(|_| pack(&mut n)));
+        input[3] = [if n.bits() % 2 == 0 { (most | most << 16) as i32 } else { input[3][0] }; WIDTH];
+        let bytes = |x: i32| x.to_le_bytes();
+        let halves = |x: i32| [x as u16, (x >> 16) as u16];
+        let any = |above: &dyn Fn(i32, i32) -> bool| input[..3].iter().any(|v| v.iter().zip(input[3]).any(|(&x, l)| above(x, l)));
+        let want = [
+            any(&|x, l| bytes(x).into_iter().zip(bytes(l)).any(|(x, l)| x > l)),
+            any(&|x, l| bytes(x).into_iter().zip(bytes(l)).any(|(x, l)| x as i8 > l as i8)),
+            any(&|x, l| halves(x).into_iter().zip(halves(l)).any(|(x, l)| x > l)),
+            any(&|x, l| halves(x).into_iter().zip(halves(l)).any(|(x, l)| x as i16 > l as i16)),
+        ];
+        without += want.iter().filter(|&&w| !w).count();
+        for level in Level::available() {
+            let mut got = [false; 4];
+            level.kernel::<AnyAbove, _, _>()(&input, &mut got);
+            // Levels that do not look say that there may be.
+            let looks = level.name() == "avx2";
+            for (kind, (got, want)) in got.into_iter().zip(want).enumerate() {
+                assert!(got == want || got && !looks, "{} round {round}, kind {kind}: {got}", level.name());
+            }
+        }
+    }
+    assert!(without > 5000, "{without} without");
 }

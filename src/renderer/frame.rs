@@ -1,5 +1,6 @@
 //! One frame: so many slices of a scene, into pixels.
 
+use super::dark::dark;
 use super::{Renderer, tile_side};
 use crate::fragment::batch::SIDE;
 use crate::fragment::{Frame, FrameFog};
@@ -11,7 +12,6 @@ use crate::scene::{
     Blend, Ends, Fog, FogDistance, FogWeighting, Method, Premultiplied, SampleAt, Scene, SlabForm, Slicing, TransferFunction, View,
 };
 use crate::tally::{LeftOut, Tally};
-use crate::volume::VoxelType;
 use crate::volume::bricks::Bricks;
 use crate::volume::packed::Packed;
 use crate::{Error, Result, Volume};
@@ -115,7 +115,7 @@ impl Renderer<'_> {
         if needs.skip && !W::SEES {
             frame.clear = clear(transfer_data);
             if !needs.method.is_pre_integrated() {
-                frame.dark = dark(&frame);
+                frame.dark = dark(frame.voxels.voxel_type(), frame.table_low, frame.table_scale, frame.clear);
             }
         }
         let outer = match (needs.method.is_pre_integrated(), needs.method.ends) {
@@ -391,26 +391,6 @@ fn clear(data: &TransferData) -> f32 {
     let clear = data.table.clear(data.classes.last() + 1);
     // Entries of the finer table may reach into the next interval.
     (if data.fine.is_some() { clear.saturating_sub(1) } else { clear }) as f32
-}
-
-/// The largest stored integer that shows nothing, nor does anything interpolated between such; by the frame's table and `clear`.
-fn dark(frame: &Frame<'_>) -> Option<i32> {
-    let bits = match frame.voxels.voxel_type() {
-        VoxelType::U8 | VoxelType::I8 => 8,
-        VoxelType::U16 | VoxelType::I16 => 16,
-        _ => return None,
-    };
-    let per_unit = f64::from(frame.table_scale[0]) * f64::from(frame.table_scale[1]);
-    if !(per_unit > 0.0 && frame.clear > 0.0) {
-        return None;
-    }
-    // Interpolation may round a value up by a few units in the last place of the largest there are.
-    let margin = libm::scalbn(1.0, bits - 20);
-    let end = f64::from(frame.table_low) + f64::from(frame.clear) * (1.0 - 1e-6) / per_unit - margin;
-    let (least, most) = frame.voxels.voxel_type().limits();
-    // Where all values were dark, the frame would hold nothing to show.
-    let last = libm::ceil(end) - 1.0;
-    (last >= least && last < most).then_some(last as i32)
 }
 
 /// What pixels start from: colour channels, then transmittance.

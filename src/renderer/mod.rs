@@ -1,6 +1,7 @@
 //! Volume and scene in, picture and statistics out.
 
 mod approach;
+mod dark;
 mod frame;
 mod opengl;
 pub(crate) mod refine;
