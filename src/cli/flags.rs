@@ -1,11 +1,13 @@
 //! Every key of a scene file as a flag: `--camera.azimuth 30`.
 
+use super::Usage;
 use clap::builder::PossibleValuesParser;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
 use slicestack::scene::{Key, KeyKind, Overrides, keys};
 
 const HEADING: &str = "Keys of the scene (each overrides the scene file)";
 
+const CLIP: &str = "NX,NY,NZ[,OFFSET]";
 const MATRIX: &str = "opengl.texture_matrix";
 
 /// Scene keys given as flags.
@@ -18,15 +20,19 @@ pub(super) struct VolumeFlags(SceneFlags);
 
 impl SceneFlags {
     /// Lays the flags over what `overrides` holds already.
-    pub(super) fn apply(&self, overrides: &mut Overrides) {
+    ///
+    /// # Errors
+    /// [`Usage`] for a clip plane that is none.
+    pub(super) fn apply(&self, overrides: &mut Overrides) -> Result<(), Usage> {
         for (path, values) in &self.0 {
             match values.as_slice() {
-                _ if *path == "clip" => overrides.set(*path, clip_list(values)),
+                _ if *path == "clip" => overrides.set(*path, clip_list(values)?),
                 [.., last] if *path == MATRIX => overrides.set(*path, matrix_rows(last)),
                 [.., last] => overrides.set(*path, last),
                 [] => {}
             }
         }
+        Ok(())
     }
 
     /// Whether a flag of this key was given.
@@ -36,19 +42,28 @@ impl SceneFlags {
 }
 
 impl VolumeFlags {
-    pub(super) fn apply(&self, overrides: &mut Overrides) {
-        self.0.apply(overrides);
+    pub(super) fn apply(&self, overrides: &mut Overrides) -> Result<(), Usage> {
+        self.0.apply(overrides)
     }
 }
 
 /// `nx,ny,nz,offset`, as often as wanted, as the list of tables that a scene file has; other text is taken as that list itself.
-fn clip_list(values: &[String]) -> String {
-    let plane = |text: &String| match text.split(',').collect::<Vec<_>>().as_slice() {
-        [x, y, z] if !text.contains('{') => format!("{{ normal = [{x}, {y}, {z}] }}"),
-        [x, y, z, offset] if !text.contains('{') => format!("{{ normal = [{x}, {y}, {z}], offset = {offset} }}"),
-        _ => text.trim().trim_start_matches('[').trim_end_matches(']').to_owned(),
+fn clip_list(values: &[String]) -> Result<String, Usage> {
+    let plane = |text: &String| {
+        if text.contains('{') {
+            return Ok(text.trim().trim_start_matches('[').trim_end_matches(']').to_owned());
+        }
+        let numbers: Option<Vec<f64>> = text.split(',').map(|n| n.trim().parse().ok().filter(|x: &f64| x.is_finite())).collect();
+        match numbers.as_deref() {
+            Some([x, y, z]) => Ok(format!("{{ normal = [{x:?}, {y:?}, {z:?}] }}")),
+            Some([x, y, z, offset]) => Ok(format!("{{ normal = [{x:?}, {y:?}, {z:?}], offset = {offset:?} }}")),
+            _ => {
+                Err(Usage(format!("--clip {text}: write the plane's normal and where it lies, {CLIP}; kept is where normal . p >= offset")))
+            }
+        }
     };
-    format!("[{}]", values.iter().map(plane).collect::<Vec<_>>().join(", "))
+    let planes: Vec<String> = values.iter().map(plane).collect::<Result<_, _>>()?;
+    Ok(format!("[{}]", planes.join(", ")))
 }
 
 /// Sixteen numbers, row by row, as the four rows that a scene file has; other text is taken as those rows themselves.
@@ -70,7 +85,7 @@ fn augment(command: Command, wanted: fn(&Key) -> bool) -> Command {
             KeyKind::Text(words) if words.is_empty() => arg.value_name("TEXT"),
             KeyKind::Text(words) => arg.value_name("WORD").value_parser(PossibleValuesParser::new(words.iter().map(String::as_str))),
             KeyKind::Scalar => arg.value_name("VALUE"),
-            KeyKind::List if key.path == "clip" => arg.value_name("NX,NY,NZ,OFFSET"),
+            KeyKind::List if key.path == "clip" => arg.value_name(CLIP),
             KeyKind::List if key.path == MATRIX => arg.value_name("16 NUMBERS"),
             KeyKind::List => arg.value_name("A,B,..."),
         })

@@ -37,7 +37,7 @@ const COLUMNS: usize = 64;
 pub(super) fn run(args: &InfoArgs) -> Result<()> {
     let mut overrides = Overrides::default();
     let text = scene_of(Some(&args.file), &mut overrides)?;
-    args.flags.apply(&mut overrides);
+    args.flags.apply(&mut overrides)?;
     let volume = text.open(&overrides)?.volume().load(&args.reading.limits())?;
     let text = if args.json { serde_json::to_string_pretty(&as_json(&volume))? + "\n" } else { as_text(&volume) };
     print(text.as_bytes())

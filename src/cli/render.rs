@@ -133,7 +133,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
         stats_sink.write(text.as_bytes()).inspect_err(|_| forget(&sink))?;
     }
     if let Some(error) = stats.error_estimate.filter(|_| args.estimate) {
-        eprintln!("estimated RMS error of the colours: {error:.2e} in {} slices", stats.slices);
+        eprintln!("estimated RMS error of the colours: {error:.2e} in {}", stats::counted(stats.slices, "slice"));
     }
     if args.repeat > 1 && stats_sink.is_none() {
         eprintln!(

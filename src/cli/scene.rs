@@ -84,7 +84,7 @@ impl SceneArgs {
         let mut overrides = Overrides::default();
         let text = if self.names_a_volume() { scene_of(self.input.as_deref(), &mut overrides)? } else { SceneText::Text(DEFAULT_SCENE) };
         shorthands(self, &mut overrides)?;
-        self.flags.apply(&mut overrides);
+        self.flags.apply(&mut overrides)?;
         Ok((text, overrides))
     }
 }

@@ -57,7 +57,9 @@ pub(super) fn json(clock: Clock, stats: &RenderStats, warnings: &[String], pictu
         "version": env!("CARGO_PKG_VERSION"),
     });
     if let (Some(estimate), Some(map)) = (stats.error_estimate, value.as_object_mut()) {
-        map.insert("error_estimate".into(), json!(estimate));
+        // An estimate: four digits are more than it holds.
+        let rounded = format!("{estimate:.3e}").parse().unwrap_or(estimate);
+        map.insert("error_estimate".into(), json!(rounded));
     }
     value
 }
@@ -75,11 +77,11 @@ pub(super) fn explain(stats: &RenderStats, picture: &Picture) -> String {
     let t = &stats.tally;
     let several = if t.frames > 1 { format!(", in {} frames that are counted together", t.frames) } else { String::new() };
     let mut text = format!(
-        "{} x {} pixels, {} slices{several}; {} threads, {}\n\n",
+        "{} x {} pixels, {}{several}; {}, {}\n\n",
         picture.width(),
         picture.height(),
-        stats.slices,
-        stats.threads,
+        counted(stats.slices, "slice"),
+        counted(stats.threads as u64, "thread"),
         stats.simd
     );
     let all = t.fragments + t.corners;
@@ -109,6 +111,11 @@ pub(super) fn explain(stats: &RenderStats, picture: &Picture) -> String {
         }
     }
     text + table.end().trim_end_matches('\n') + "\n"
+}
+
+/// `n` of something, by name.
+pub(super) fn counted(n: u64, what: &str) -> String {
+    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
 }
 
 /// `n` with a space between groups of three digits.

@@ -134,9 +134,16 @@ impl Method {
     pub(super) fn check(&self) -> Result<()> {
         let plain = Self { accumulation: self.accumulation, ends: self.ends, merge: self.merge, ..Self::default() };
         if self.merge && *self != plain {
-            return Err(Error::invalid(
-                "slices merge: is for samples in the middle of post-classified exponential slabs, linear filter, target f32, no extrapolation",
-            ));
+            let others = [
+                ("values classified after interpolation (transfer.classification post)", self.classification != plain.classification),
+                ("the linear filter (render.filter)", self.filter != plain.filter),
+                ("exponential slabs (slices.slab)", self.slab != plain.slab),
+                ("values from the middle of slabs (slices.sample center)", self.sample != plain.sample),
+                ("the target f32 (render.target)", self.target != plain.target),
+                ("pictures that are not extrapolated (slices.extrapolate)", self.extrapolate),
+            ];
+            let wants: Vec<&str> = others.iter().filter(|(_, other)| *other).map(|(what, _)| *what).collect();
+            return Err(Error::invalid(format!("slices merge: is for {}", wants.join(" and "))));
         }
         if self.is_pre_integrated() && self.slab == SlabForm::Riemann {
             return Err(Error::invalid("slices slab riemann: pre-integrated slabs are integrals already; choose exponential"));

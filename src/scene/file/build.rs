@@ -217,7 +217,7 @@ impl Builder<'_> {
         let fog = self.fog()?;
         scene = scene.with_fogged_background(d.fog.background == Some(true)).with_fog(fog);
         let planes: Result<Vec<ClipPlane>> = d.clip.iter().map(|c| ClipPlane::new(DVec3::from_array(c.normal), c.offset)).collect();
-        scene = scene.with_clip_planes(planes?)?;
+        scene = scene.with_clip_planes(planes?).map_err(|e| self.error("clip", e.to_string()))?;
         scene.with_blend(self.blend()?)
     }
 
@@ -386,8 +386,11 @@ impl Builder<'_> {
             warnings.push(format!("render.level is not given: the surface is taken at {level}"));
             scene = scene.with_blend(Blend::Iso { level })?;
         }
+        let (min, max) = volume.range();
+        if min == max && volume.statistics().non_finite == 0 {
+            warnings.push(format!("every voxel is {min}: the picture shows the box and nothing in it"));
+        }
         if matches!(scene.blend(), Blend::Over | Blend::Add) {
-            let (min, max) = volume.range();
             if !scene.transfer().opaque_within(min, max) {
                 warnings.push(format!("the picture is empty: the transfer function is transparent from {min} to {max}, all the data has"));
             }

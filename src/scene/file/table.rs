@@ -107,9 +107,22 @@ pub(super) fn document(text: &str, file: Option<&Path>, overrides: &Overrides) -
     lay_over(&mut table, overrides, known, &mut places)?;
     let document = serde_path_to_error::deserialize(Value::Table(table)).map_err(|e| {
         let (path, what) = (e.path().to_string(), e.into_inner());
-        places.error(&path, what.message().trim())
+        places.error(&path, &in_words(what.message().trim()))
     })?;
     Ok((document, places))
+}
+
+/// A message of serde's with its names of types in words.
+fn in_words(what: &str) -> String {
+    let Some((given, expected)) = what.rsplit_once(", expected ") else { return what.to_owned() };
+    let expected = match expected {
+        "u32" | "u64" | "usize" => "a whole number, 0 or more",
+        "i32" | "i64" => "a whole number",
+        "f32" | "f64" => "a number",
+        "struct ClipKeys" => "a plane: { normal = [x, y, z], offset = d }",
+        other => other,
+    };
+    format!("{given}, expected {expected}")
 }
 
 fn syntax(places: &Places, line: usize, what: &str) -> Error {
