@@ -390,10 +390,8 @@ impl Builder<'_> {
         if min == max && volume.statistics().non_finite == 0 {
             warnings.push(format!("every voxel is {min}: the picture shows the box and nothing in it"));
         }
-        if matches!(scene.blend(), Blend::Over | Blend::Add) {
-            if !scene.transfer().opaque_within(min, max) {
-                warnings.push(format!("the picture is empty: the transfer function is transparent from {min} to {max}, all the data has"));
-            }
+        if matches!(scene.blend(), Blend::Over | Blend::Add) && !scene.transfer().opaque_within(min, max) {
+            warnings.push(format!("the picture is empty: the transfer function is transparent from {min} to {max}, all the data has"));
         }
         Ok((scene, warnings))
     }
