@@ -208,7 +208,7 @@ fn flags_win_and_drop_what_they_exclude() {
         (&[("camera.zoom", "-1")], "--camera.zoom -1: must be positive and finite"),
         (&[("camera.zoom", "1\nazimuth = 3")], "--camera.zoom: cannot read"),
         (&[("image.width", "0")], "--image.width 0: must lie between 1 and 32768"),
-        (&[("image.width", "1.5")], "--image.width: invalid type: floating point `1.5`, expected u32"),
+        (&[("image.width", "1.5")], "--image.width: invalid type: floating point `1.5`, expected a whole number, 0 or more"),
         (&[("slices.order", "sideways")], "--slices.order: unknown variant `sideways`, expected `front-to-back` or `back-to-front`"),
         (&[("slices.count", "3"), ("slices.spacing", "1")], "--slices.count: slices.spacing or slices.tolerance is given too"),
         (&[("camera.eye", "1,2")], "--camera.eye"),
