@@ -1,4 +1,4 @@
-//! How much a slab's colour and opacity change over a range of values, in classes half an octave apart.
+//! How much a slab's colour and opacity change over a range of values, as a share of the strongest slab's, in classes half an octave apart.
 
 use crate::lanes::LookupTable;
 
@@ -9,7 +9,7 @@ const LAST: u8 = 26;
 /// Classes, from nothing visible (0) and hardly any change (1, up to 2^-12) to any change.
 pub(crate) const CHANGES: usize = LAST as usize + 1;
 
-/// The largest change of red, green, blue (premultiplied) or opacity in `class`.
+/// The largest change of red, green, blue (premultiplied) or opacity in `class`, as a share of the strongest slab's opacity.
 pub(crate) fn most(class: u8) -> f64 {
     match class {
         0 => 0.0,
@@ -43,12 +43,13 @@ impl ChangeClasses {
                     .fold([*entry(i * last / side); 2], |[a, b], e| [min(a, *e), max(b, *e)])
             })
             .collect();
+        let strongest = f64::from(strongest(table));
         let mut classes = vec![0; side * side];
         for i in 0..side {
             let [mut least, mut greatest] = parts[i];
             for (j, &[a, b]) in parts.iter().enumerate().skip(i) {
                 (least, greatest) = (min(least, a), max(greatest, b));
-                let change = (0..4).map(|c| f64::from(greatest[c]) - f64::from(least[c])).fold(0.0, f64::max);
+                let change = (0..4).map(|c| f64::from(greatest[c]) - f64::from(least[c])).fold(0.0, f64::max) / strongest;
                 classes[i * side + j] =
                     if greatest[3] > 0.0 { bounds.iter().skip(1).position(|&b| change <= b).map_or(LAST, |c| c as u8 + 1) } else { 0 };
             }
@@ -66,6 +67,11 @@ impl ChangeClasses {
         let part = |value: f64| (((value - self.low) * self.per_value) as usize).min(self.side - 1);
         self.classes[part(lo) * self.side + part(hi)]
     }
+}
+
+/// Opacity of the strongest slab in a table.
+pub(crate) fn strongest(table: &LookupTable) -> f32 {
+    table.entries().iter().fold(0.0, |most: f32, entry| most.max(entry[3]))
 }
 
 fn min(a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
@@ -91,6 +97,7 @@ mod tests {
             let table = LookupTable::new(&colors);
             let (low, high) = (-3.0, 5.0);
             let changes = ChangeClasses::new(&table, (low, high), last);
+            let strongest = f64::from(strongest(&table));
             let mut seen = [false; 2];
             for case in 0..400 {
                 let lo = low - 1.0 + f64::from(case % 20) * 0.5;
@@ -103,7 +110,7 @@ mod tests {
                 };
                 let change = (0..4).map(range).fold(0.0, f64::max);
                 let class = changes.class(lo, hi);
-                assert!(change <= most(class), "{last} {lo} {hi}: {change}, class {class}");
+                assert!(change <= most(class) * strongest, "{last} {lo} {hi}: {change}, class {class}");
                 let visible = colors[first..=end].iter().any(|e| e[3] > 0.0);
                 assert!(!visible || class > 0);
                 seen[usize::from(class > 0)] = true;

@@ -6,7 +6,7 @@ mod left_out;
 mod pairs;
 mod table;
 
-pub(crate) use changes::{CHANGES, ChangeClasses, most as most_change};
+pub(crate) use changes::{CHANGES, ChangeClasses, most as most_change, strongest};
 pub(crate) use classes::Classes;
 pub(crate) use left_out::{Planned, Saving, passed_over, planned, tally};
 use pairs::Pairs;

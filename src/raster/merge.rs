@@ -14,11 +14,14 @@ use crate::lanes::{Kernel, Lanes, Level};
 use crate::plan::CHANGES;
 
 /// Slabs that become one, and the largest change of a slab's colour and opacity there, times the root mean square of what the block's
-/// pixels let through.
+/// pixels let through: as a share of the strongest slab's opacity, or of [`STRONG`] where that is less.
 ///
-/// On CT scans, from a hundred slices to a thousand, values from 0.03 to 0.1 take about the same number of lookups for the same error in
-/// threes, and from 0.002 to 0.006 in nines; much smaller ones find fewer places, much larger ones cost more in error than they save.
-pub(crate) const THICK: [(i64, f32); 2] = [(3, 0.04), (9, 0.003)];
+/// A share, and not a number: as slabs get thinner, or a scene fainter, changes shrink, and so must those that do not matter, or all of
+/// them would be merged and the error be that of a third or a ninth of the slices. From a half to twice these values the lookups for the
+/// same error are about the same; much smaller ones find fewer places, much larger ones cost more in error than they save.
+pub(crate) const THICK: [(i64, f32); 2] = [(3, 0.08), (9, 0.006)];
+/// Opacity of slabs that count as strong: of stronger ones hardly any light comes from behind.
+const STRONG: f32 = 0.5;
 /// The fewest slabs that become one.
 pub(super) const THREE: i64 = THICK[0].0;
 /// The most.
@@ -28,16 +31,20 @@ pub(super) const NINE: i64 = THICK[1].0;
 pub(crate) struct Merging<'f, 'v> {
     /// The frame with tables for slabs so many times as thick as [`THICK`] says.
     frames: &'f [Frame<'v>; 2],
-    /// The largest change of a slab's colour and opacity in bricks of each class.
+    /// The largest change of a slab's colour and opacity in bricks of each class, as a share of the strongest slab's opacity.
     changes: [f32; CHANGES],
+    /// The largest that is merged.
+    most: [f32; 2],
     /// See [`LetThrough`].
     let_through: fn(&[f32; BATCH], &mut f32),
 }
 
 impl<'f, 'v> Merging<'f, 'v> {
-    /// `change` tells the largest change of a slab's colour and opacity in bricks of a class.
-    pub(crate) fn new(frames: &'f [Frame<'v>; 2], change: impl Fn(usize) -> f32, level: Level) -> Self {
-        Self { frames, changes: std::array::from_fn(change), let_through: level.kernel::<LetThrough, _, _>() }
+    /// `change` tells the largest change of a slab's colour and opacity in bricks of a class, as a share of `strongest`, the strongest slab's
+    /// opacity.
+    pub(crate) fn new(frames: &'f [Frame<'v>; 2], change: impl Fn(usize) -> f32, strongest: f32, level: Level) -> Self {
+        let most = THICK.map(|(_, share)| share * (STRONG / strongest).min(1.0));
+        Self { frames, changes: std::array::from_fn(change), most, let_through: level.kernel::<LetThrough, _, _>() }
     }
 
     /// The largest change in bricks of `class`.
@@ -89,7 +96,7 @@ impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
 
     /// Slices from `k` on, as many as [`THICK`] says at place `N`, as one, if that will do where something of `class` shows.
     pub(super) fn merged<const N: usize>(&mut self, merging: &Merging<'f, 'v>, k: i64, class: u8) -> bool {
-        let (count, most) = THICK[N];
+        let (count, most) = (THICK[N].0, merging.most[N]);
         let whole = k >= self.range.whole.0 && k + count - 1 <= self.range.whole.1;
         if !(whole && self.hardly_shows(merging, merging.change(class), most)) {
             return false;

@@ -43,15 +43,17 @@ pub(super) struct TransferData {
 
 /// What slabs several times as thick need.
 struct ThickData {
-    /// For each of [`THICK`].
-    tables: [Arc<LookupTable>; 2],
+    tables: ThickTables,
     contents: Contents,
     sight: Option<Sight>,
 }
 
+/// Tables for slabs as thick as each of [`THICK`], and the opacity of the strongest plain slab.
+type ThickTables = ([Arc<LookupTable>; 2], f32);
+
 impl TransferData {
     /// What bricks hold, as a frame of `runs` looks at it; and the tables of slabs several times as thick, where they `merge`.
-    fn sight(&mut self, runs: &Runs, merge: bool) -> (&Sight, Option<[Arc<LookupTable>; 2]>) {
+    fn sight(&mut self, runs: &Runs, merge: bool) -> (&Sight, Option<ThickTables>) {
         let (contents, sight, tables) = match &mut self.thick {
             Some(t) if merge => (&t.contents, &mut t.sight, Some(t.tables.clone())),
             _ => (&*self.contents, &mut self.sight, None),
@@ -131,7 +133,7 @@ impl Renderer<'_> {
         } else {
             (None, None)
         };
-        let thick = thick.map(|tables| tables.map(|table| Frame { table, ..frame.clone() }));
+        let thick = thick.map(|(tables, strongest)| (tables.map(|table| Frame { table, ..frame.clone() }), strongest));
         let work = Work {
             frame: &frame,
             stack: &stack,
@@ -148,7 +150,9 @@ impl Renderer<'_> {
             radial: needs.fog == Some(FogDistance::Radial),
             outer,
             pairs: stages.pairs,
-            merging: thick.as_ref().map(|frames| Merging::new(frames, |class| plan::most_change(class as u8) as f32, self.level)),
+            merging: thick
+                .as_ref()
+                .map(|(frames, strongest)| Merging::new(frames, |class| plan::most_change(class as u8) as f32, *strongest, self.level)),
             sample: if needs.method.sample == SampleAt::End { 0.5 } else { 0.0 },
         };
         let resolve = Resolve {
@@ -326,7 +330,7 @@ fn prepare_thick(data: &TransferData, volume: &Volume, bricks: &Bricks) -> Optio
         let slab = Slab { ratio: count as f64 * data.slab.ratio, ..data.slab };
         Arc::new(layout.table(&data.transfer, slab))
     });
-    Some(ThickData { tables, contents, sight: None })
+    Some(ThickData { tables: (tables, plan::strongest(&data.table)), contents, sight: None })
 }
 
 /// Constants of the frame, and whether the table's scale has to be applied in two steps.
