@@ -272,10 +272,12 @@ pub(crate) fn samples() -> Vec<Sample> {
     add("merged", head(), by(near(s()), merged));
     let fog = |s: Scene| foggy(s, FogMode::Exp { density: 0.02 }, FogDistance::Planar, FogWeighting::Alpha);
     add("merged-fog", cloud(20, VoxelType::U16), fog(thin(by(near(scene((48, 40), 200)), merged))));
-    // So faint that nine become one, in runs of three slices and of nine.
-    let faint = |count| by(looked(scene((48, 40), count), 30.0, 20.0, 0.0, 4.0, PARALLEL).with_opacity_unit(100.0).unwrap(), merged);
-    add("merged-nines", cloud(20, VoxelType::U8), faint(90));
-    add("merged-runs-of-nines", cloud(20, VoxelType::U8), faint(400));
+    // Two plateaus: nine become one on either, in runs of three slices and of nine, and fewer between them.
+    let plateaus = TransferFunction::new(vec![(0.4, [0.3, 0.6, 1.0]), (0.5, [1.0, 0.7, 0.2])], vec![(0.4, 0.04), (0.5, 0.4)])
+        .expect("a transfer function");
+    let stepped = |count| by(looked(scene((48, 40), count), 30.0, 20.0, 0.0, 3.0, PARALLEL).with_transfer(plateaus.clone()), merged);
+    add("merged-nines", cloud(20, VoxelType::U8), stepped(90));
+    add("merged-runs-of-nines", cloud(20, VoxelType::U8), stepped(400));
     add("merged-thick", head(), by(looked(few(), 30.0, 20.0, 0.0, 1.3, PARALLEL), merged));
     let kept = Method { accumulation: Accumulation::Compensated, ..base };
     add("compensated", head(), by(near(s()), kept));
