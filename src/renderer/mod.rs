@@ -12,7 +12,7 @@ use crate::opengl::{Texture, TextureKey};
 use crate::plan::Scaling;
 use crate::proxy::Stack;
 use crate::raster::Watch;
-use crate::scene::{MAX_SLICES, Method, Scene, Slicing, View};
+use crate::scene::{Blend, MAX_SLICES, Method, Scene, Slicing, View};
 use crate::tally::{LeftOut, Tally};
 use crate::target::Picture;
 use crate::volume::packed::Packed;
@@ -136,6 +136,12 @@ impl<'v> Renderer<'v> {
         let (mut done, mut estimate) = match scene.slicing() {
             Slicing::Tolerance(tolerance) => {
                 let (done, error) = self.reach(&mut shot, tolerance, &mut pixels)?;
+                if let Some(name) = jumps(scene.blend()) {
+                    warnings.push(format!(
+                        "tolerance {tolerance}: with the blend {name} a pixel jumps from one surface to another, and the error may be \
+                         several times the one estimated"
+                    ));
+                }
                 if error > tolerance {
                     warnings.push(format!(
                         "tolerance {tolerance} is out of reach: {} slices leave an estimated error of {error:.2e}",
@@ -180,6 +186,15 @@ impl<'v> Renderer<'v> {
             warnings,
         };
         Ok((Picture::new(width, height, pixels), stats, watch))
+    }
+}
+
+/// The name of a blend whose pixels jump when slices move: few of them, and far, so that a sample tells little of the error.
+fn jumps(blend: Blend) -> Option<&'static str> {
+    match blend {
+        Blend::Iso { .. } => Some("iso"),
+        Blend::Lmip { .. } => Some("lmip"),
+        Blend::Over | Blend::Add | Blend::Mip | Blend::Min | Blend::Average => None,
     }
 }
 

@@ -386,6 +386,10 @@ impl Builder<'_> {
             warnings.push(format!("render.level is not given: the surface is taken at {level}"));
             scene = scene.with_blend(Blend::Iso { level })?;
         }
+        let slices = &self.document.slices;
+        if slices.merge == Some(false) && slices.tolerance.is_some() {
+            warnings.push("slices.merge = false is not heeded: to a tolerance slabs are merged where that will do".to_owned());
+        }
         let (min, max) = volume.range();
         if min == max && volume.statistics().non_finite == 0 {
             warnings.push(format!("every voxel is {min}: the picture shows the box and nothing in it"));
