@@ -3,7 +3,7 @@
 use super::beam::{Beams, BlockRange, Outer};
 use super::contents::{LOOKS, Look, Looked, Runs, Sight, Windows};
 use super::counters::{Counters, lanes_of};
-use super::merge::{Merging, NINE, THREE};
+use super::merge::Merging;
 use super::pairs::{Kept, PairWork};
 use super::placing::Placing;
 use super::watch::Watch;
@@ -227,7 +227,7 @@ impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
     fn slices(&mut self, from: i64, to: i64, looked: &mut Coarse) {
         // Where everything shows there is nothing to look for; but what becomes one has to be looked at.
         let Some(sight) = self.work.sight.filter(|sight| !sight.all || extra(self.work.merging.as_ref()).is_some()) else {
-            self.run(from, to, u8::MAX);
+            self.run(from, to);
             return;
         };
         let Runs { slices, coarse: group, .. } = self.work.runs;
@@ -244,40 +244,32 @@ impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
             let mut classes = [0; LOOKS];
             let count = (runs.end - runs.start) as usize;
             self.work.look_at(&self.placing, &sight.fine, (runs.start * slices, slices), count, &mut classes);
-            let mut n = 0;
-            while n < count {
+            if let Some(merging) = extra(self.work.merging.as_ref()) {
+                if !self.merging(merging, (first, end), &classes[..count]) {
+                    self.finish(end, to);
+                    return;
+                }
+                continue;
+            }
+            for n in 0..count {
                 let at = if ahead { n } else { count - 1 - n };
                 let run = runs.start + at as i64;
-                let (first, mut end) = ((run * slices).max(from), ((run + 1) * slices).min(to));
-                n += 1;
-                let go_on = if self.nine(first, to, &classes[at..count]) {
-                    n += 2;
-                    end = first + NINE;
-                    self.batch.pixels.alive != 0
-                } else if classes[at] == 0 {
+                let (first, end) = ((run * slices).max(from), ((run + 1) * slices).min(to));
+                if classes[at] == 0 {
                     self.pass_over(first, end);
-                    true
-                } else {
-                    self.run(first, end, classes[at])
-                };
-                if !go_on {
-                    // Every pixel is finished.
-                    self.ended = self.ended.or(Some(end - 1));
+                } else if !self.run(first, end) {
                     let (first, end) = if ahead { (end, to) } else { (from, first) };
-                    self.counters.finished += (end - first) as u64;
-                    self.watch.skipped(first, end, true);
+                    self.finish(first, end);
                     return;
                 }
             }
         }
     }
 
-    /// Nine slices from `first` on, before `to`, as one, if that will do; `classes` tells what shows in the runs from there on.
-    fn nine(&mut self, first: i64, to: i64, classes: &[u8]) -> bool {
-        let Some(merging) = extra(self.work.merging.as_ref()) else { return false };
-        let (&[a, b, c, ..], THREE, 0) = (classes, self.work.runs.slices, first % NINE) else { return false };
-        let class = a.max(b).max(c);
-        class > 0 && first + NINE <= to && self.merged::<1>(merging, first, class)
+    /// Slices `from..to` are not needed: every pixel is finished.
+    fn finish(&mut self, from: i64, to: i64) {
+        self.counters.finished += (to - from) as u64;
+        self.watch.skipped(from, to, true);
     }
 
     /// Nothing shows on slices `from..to`.
@@ -286,11 +278,8 @@ impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
         self.watch.skipped(from, to, false);
     }
 
-    /// Slices `from..to`, on which something of `class` may show; false when every pixel is finished.
-    fn run(&mut self, from: i64, to: i64, class: u8) -> bool {
-        if let Some(merging) = extra(self.work.merging.as_ref()) {
-            return self.merging(merging, from, to, class);
-        }
+    /// Slices `from..to`, on which something may show; false when every pixel is finished.
+    fn run(&mut self, from: i64, to: i64) -> bool {
         for k in from..to {
             let (slice, rest) = match self.work.order {
                 Order::FrontToBack => (k, (k + 1, to)),
@@ -314,8 +303,7 @@ impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
     /// After `slice` every pixel is finished: slices `rest` of its run are not needed.
     pub(super) fn stop(&mut self, slice: i64, rest: (i64, i64)) {
         self.ended = Some(slice);
-        self.counters.finished += (rest.1 - rest.0) as u64;
-        self.watch.skipped(rest.0, rest.1, true);
+        self.finish(rest.0, rest.1);
     }
 
     /// Fragments of slices `from..to`.

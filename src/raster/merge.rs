@@ -71,13 +71,23 @@ impl Kernel<[f32; BATCH], f32> for LetThrough {
 }
 
 impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
-    /// Slices `from..to`, nearest first, on which something of `class` shows; several as one where that will do. False when every pixel
-    /// is finished.
-    pub(super) fn merging(&mut self, merging: &Merging<'f, 'v>, from: i64, to: i64, class: u8) -> bool {
+    /// Slices `from..to` of a coarse run, nearest first, several as one where that will do; `classes` tells what shows in its runs. False
+    /// when every pixel is finished.
+    pub(super) fn merging(&mut self, merging: &Merging<'f, 'v>, (from, to): (i64, i64), classes: &[u8]) -> bool {
+        let slices = self.work.runs.slices;
+        let run = |k: i64| (k / slices - from / slices) as usize;
         let mut k = from;
         while k < to {
-            if k % NINE == 0 && k + NINE <= to && self.merged::<1>(merging, k, class) {
+            let class = classes[run(k)];
+            // Nine slices lie in a run or in three.
+            let nine = k % NINE == 0 && k + NINE <= to;
+            let most = if nine { classes[run(k)..=run(k + NINE - 1)].iter().copied().fold(0, u8::max) } else { 0 };
+            if most > 0 && self.merged::<1>(merging, k, most) {
                 k += NINE;
+            } else if class == 0 {
+                let end = ((k / slices + 1) * slices).min(to);
+                self.pass_over(k, end);
+                k = end;
             } else {
                 let end = ((k / THREE + 1) * THREE).min(to);
                 let merged = end - k == THREE && self.merged::<0>(merging, k, class);
@@ -95,7 +105,7 @@ impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
     }
 
     /// Slices from `k` on, as many as [`THICK`] says at place `N`, as one, if that will do where something of `class` shows.
-    pub(super) fn merged<const N: usize>(&mut self, merging: &Merging<'f, 'v>, k: i64, class: u8) -> bool {
+    fn merged<const N: usize>(&mut self, merging: &Merging<'f, 'v>, k: i64, class: u8) -> bool {
         let (count, most) = (THICK[N].0, merging.most[N]);
         let whole = k >= self.range.whole.0 && k + count - 1 <= self.range.whole.1;
         if !(whole && self.hardly_shows(merging, merging.change(class), most)) {
@@ -110,7 +120,7 @@ impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
         true
     }
 
-    /// Slices `from..end` of a run that ends before `to`, each on its own.
+    /// Slices `from..end` of a coarse run that ends before `to`, each on its own.
     fn one_by_one(&mut self, from: i64, end: i64, to: i64) -> bool {
         let mut classes = [u8::MAX; LOOKS];
         // A look at thick slabs three at a time tells little of each.
