@@ -12,7 +12,7 @@ use crate::lanes::Level;
 use crate::lean::LEAN;
 use crate::proxy::Stack;
 pub(crate) use ends::Spans;
-use ends::{Crossings, RayEnds};
+use ends::{Crossings, RayEnds, RaySpans};
 
 /// A half-space prepared for a frame.
 #[derive(Debug, Clone, Copy)]
@@ -24,6 +24,13 @@ struct Side {
     g: f64,
     /// Bound on the rounding error of the function anywhere in the picture.
     error: f64,
+    /// Least and greatest of its part along the depth, between the stack's ends.
+    rise: (f64, f64),
+    /// Where parallel rays cross it, in slices: `base + plane * per_step`.
+    base: f64,
+    per_step: f64,
+    /// Its change from slice to slice along parallel rays.
+    step: f64,
 }
 
 /// The box seen from the picture, prepared once a frame.
@@ -33,6 +40,7 @@ pub(crate) struct Beams<'s> {
     radial: bool,
     outer: Outer,
     ends: fn(&Crossings, &mut PixelBlock),
+    spans: fn(&Crossings, &mut PixelBlock),
 }
 
 /// What the lengths of a ray's outermost pieces are.
@@ -72,10 +80,14 @@ pub(crate) struct BlockRange {
     pub(crate) fragments: u64,
     /// Pieces of rays that cross a corner of the box between two slices.
     pub(crate) corners: u64,
+    /// Sum of the pixels' last slices, where `settled` is false.
+    pub(crate) lasts: i64,
+    /// Whether the block's pixels hold where their rays enter and leave.
+    pub(crate) settled: bool,
 }
 
 impl BlockRange {
-    const NONE: Self = Self { any: (1, 0), whole: (1, 0), last_first: i64::MIN, fragments: 0, corners: 0 };
+    const NONE: Self = Self { any: (1, 0), whole: (1, 0), last_first: i64::MIN, fragments: 0, corners: 0, lasts: 0, settled: true };
 }
 
 impl<'s> Beams<'s> {
@@ -89,30 +101,62 @@ impl<'s> Beams<'s> {
             .map(|s| {
                 let plane = s.b.abs() * w + s.c.abs() * h;
                 let size = if stack.perspective { s.a.abs() + far * (s.g.abs() + plane) } else { s.a.abs() + far * s.g.abs() + plane };
-                Side { a: s.a, b: s.b, c: s.c, g: s.g, error: size * 1e-14 }
+                let (rise0, rise1) = (s.g * stack.near, s.g * stack.far);
+                let step = s.g * stack.spacing;
+                let per_step = -1.0 / step;
+                let base = (s.a + rise0) * per_step - 0.5;
+                let rise = (rise0.min(rise1), rise0.max(rise1));
+                Side { a: s.a, b: s.b, c: s.c, g: s.g, error: size * 1e-14, rise, base, per_step, step }
             })
             .collect();
-        Self { stack, sides, radial: radial && !LEAN, outer, ends: level.kernel::<RayEnds, _, _>() }
+        Self { stack, sides, radial: radial && !LEAN, outer, ends: level.kernel::<RayEnds, _, _>(), spans: level.kernel::<RaySpans, _, _>() }
+    }
+
+    /// As [`Beams::block`], but where every ray is sure to stay in the box for a while, without the pixels' own first and last slices and
+    /// lengths: most blocks show nothing on slices that do not cover them whole.
+    pub(crate) fn range(&self, x0: u32, y0: u32, inside: u64, pixels: &mut PixelBlock) -> BlockRange {
+        let (x, y) = (f64::from(x0) + 0.5, f64::from(y0) + 0.5);
+        let mut crossings = self.none_crossed(inside);
+        let found = self.crossings(x, y, &mut crossings);
+        if found == Found::Clear && inside == u64::MAX {
+            let (entry, exit) = crossings.inmost();
+            if exit - entry > 1.0 + 4.0 * crossings.error {
+                pixels.doubt = 0;
+                (self.spans)(&crossings, pixels);
+                let Spans { first, last, fragments, lasts, close, .. } = pixels.spans;
+                if close == 0 {
+                    // No ray ends on a slice that covers the block whole.
+                    pixels.last = [i32::MAX; BATCH];
+                    let (first, last) = (wide(first), wide(last));
+                    let (any, whole) = ((first.0, last.1), self.whole(first.1, last.0));
+                    return BlockRange { any, whole, last_first: first.1, fragments, corners: 0, lasts, settled: false };
+                }
+            }
+        }
+        self.settle(x, y, found, &crossings, pixels)
     }
 
     /// Fills `pixels` for the block whose first pixel is (x0,y0). Bit i of `inside` tells whether lane i belongs to the picture and tile.
     pub(crate) fn block(&self, x0: u32, y0: u32, inside: u64, pixels: &mut PixelBlock) -> BlockRange {
-        let (x0, y0) = (f64::from(x0) + 0.5, f64::from(y0) + 0.5);
+        let (x, y) = (f64::from(x0) + 0.5, f64::from(y0) + 0.5);
+        let mut crossings = self.none_crossed(inside);
+        let found = self.crossings(x, y, &mut crossings);
+        self.settle(x, y, found, &crossings, pixels)
+    }
+
+    /// See [`Beams::block`].
+    fn settle(&self, x0: f64, y0: f64, found: Found, crossings: &Crossings, pixels: &mut PixelBlock) -> BlockRange {
         pixels.doubt = 0;
-        let crossings = match self.crossings(x0, y0, inside) {
+        match found {
             Found::Nothing => return BlockRange::NONE,
-            Found::Clear(crossings) => {
-                (self.ends)(&crossings, pixels);
-                Some(crossings)
-            }
+            Found::Clear => (self.ends)(crossings, pixels),
             Found::Doubtful => {
                 (pixels.first, pixels.last) = ([1; BATCH], [0; BATCH]);
-                pixels.spans = Spans { close: inside, ..Spans::NONE };
-                None
+                pixels.spans = Spans { close: crossings.inside, ..Spans::NONE };
             }
-        };
+        }
         let count = self.stack.count as i64;
-        let Spans { first, last, mut fragments, mut covered, close: mut open } = pixels.spans;
+        let Spans { first, last, mut fragments, mut covered, close: mut open, .. } = pixels.spans;
         let (mut first, mut last) = (wide(first), wide(last));
         let mut corners = 0;
         // What the kernel leaves open is settled ray by ray.
@@ -120,12 +164,11 @@ impl<'s> Beams<'s> {
             let i = open.trailing_zeros() as usize;
             open &= open - 1;
             let (x, y) = (x0 + (i % SIDE) as f64, y0 + (i / SIDE) as f64);
-            let ray = match &crossings {
-                Some(crossings) => {
-                    let (entry, exit) = crossings.ray(i);
-                    self.between(entry, exit, crossings.error, x, y, false)
-                }
-                None => self.ray(x, y),
+            let ray = if found == Found::Clear {
+                let (entry, exit) = crossings.ray(i);
+                self.between(entry, exit, crossings.error, x, y, false)
+            } else {
+                self.ray(x, y)
             };
             let (f, l) = (ray.first.max(0), ray.last.min(count - 1));
             if f > l {
@@ -149,10 +192,14 @@ impl<'s> Beams<'s> {
         if covered == 0 {
             return BlockRange::NONE;
         }
-        self.plane(x0, y0, pixels);
-        let ends = if self.outer.whole() { (first.1, last.0) } else { (first.1 + 1, last.0 - i64::from(!self.outer.between())) };
-        let whole = if covered == u64::MAX && pixels.doubt == 0 { ends } else { BlockRange::NONE.whole };
-        BlockRange { any: (first.0, last.1), whole, last_first: first.1, fragments, corners }
+        let whole = if covered == u64::MAX && pixels.doubt == 0 { self.whole(first.1, last.0) } else { BlockRange::NONE.whole };
+        BlockRange { any: (first.0, last.1), whole, last_first: first.1, fragments, corners, lasts: 0, settled: true }
+    }
+
+    /// The slices that cover every pixel of a block with a whole slab, from the last of the pixels' first slices and the first of their
+    /// last ones.
+    fn whole(&self, first: i64, last: i64) -> (i64, i64) {
+        if self.outer.whole() { (first, last) } else { (first + 1, last - i64::from(!self.outer.between())) }
     }
 
     /// Lengths of the outermost pieces of a ray whose first and last slices are `first` and `last`.
@@ -172,7 +219,8 @@ impl<'s> Beams<'s> {
     }
 
     /// Lengths of the block's rays per unit of depth, or squared distances from the picture's middle, where a stage wants them.
-    fn plane(&self, x0: f64, y0: f64, pixels: &mut PixelBlock) {
+    pub(crate) fn plane(&self, x0: u32, y0: u32, pixels: &mut PixelBlock) {
+        let (x0, y0) = (f64::from(x0) + 0.5, f64::from(y0) + 0.5);
         let view = &self.stack.view;
         if !(self.stack.perspective || self.radial) {
             return;
@@ -191,11 +239,10 @@ impl<'s> Beams<'s> {
     ///
     /// Sides that no ray of the block runs along are crossed at a depth that can be trusted; a block with another side among
     /// them is left to [`Beams::ray`], ray by ray.
-    fn crossings(&self, x0: f64, y0: f64, inside: u64) -> Found {
+    fn crossings(&self, x0: f64, y0: f64, found: &mut Crossings) -> Found {
         let stack = self.stack;
         let (near, far, spacing) = (stack.near, stack.far, stack.spacing);
         let reach = (SIDE - 1) as f64;
-        let mut found = Crossings::new((stack.perspective, near, spacing, stack.count), self.outer, inside);
         let per_slice = 1.0 / spacing;
         let mut error: f64 = 1e-9;
         // Latest of the sides' earliest entries in the block, earliest of their latest exits.
@@ -225,33 +272,42 @@ impl<'s> Beams<'s> {
                 (enters, p, q, base, factor) = (low > 0.0, at(low), at(high), -s.a, s.g);
             } else {
                 let (low, high) = (s.a + least, s.a + most);
-                let (rise0, rise1) = (s.g * near, s.g * far);
-                if low + rise0.min(rise1) > s.error {
+                if low + s.rise.0 > s.error {
                     continue;
                 }
-                if high + rise0.max(rise1) < -s.error {
+                if high + s.rise.1 < -s.error {
                     return Found::Nothing;
                 }
-                let step = s.g * spacing;
-                if step.abs() < 8.0 * s.error {
+                if s.step.abs() < 8.0 * s.error {
                     return Found::Doubtful;
                 }
-                error = error.max(s.error / step.abs());
-                let per_step = -1.0 / step;
-                (base, factor) = ((s.a + rise0) * per_step - 0.5, per_step);
-                (enters, p, q) = (step > 0.0, base + least * per_step, base + most * per_step);
+                error = error.max(s.error * s.per_step.abs());
+                (base, factor) = (s.base, s.per_step);
+                (enters, p, q) = (s.step > 0.0, base + least * s.per_step, base + most * s.per_step);
             }
-            if enters {
+            let inmost = if enters {
                 latest = f64::max(latest, p.min(q));
+                p.max(q)
             } else {
                 earliest = f64::min(earliest, p.max(q));
-            }
-            if !found.add(enters, [first, s.b, s.c], base, factor) {
+                p.min(q)
+            };
+            if !found.add(enters, [first, s.b, s.c], (base, factor), inmost) {
                 return Found::Doubtful;
             }
         }
         found.error = error;
-        if latest <= earliest + error { Found::Clear(found) } else { Found::Nothing }
+        if latest > earliest + error {
+            return Found::Nothing;
+        }
+        found.keep_between(latest, earliest);
+        Found::Clear
+    }
+
+    /// What [`Beams::crossings`] begins with.
+    fn none_crossed(&self, inside: u64) -> Crossings {
+        let Stack { perspective, near, spacing, count, .. } = *self.stack;
+        Crossings::new((perspective, near, spacing, count), self.outer, inside)
     }
 
     /// Entry, exit and covering slices of the ray through window position (x,y).
@@ -315,13 +371,13 @@ impl<'s> Beams<'s> {
     }
 }
 
-/// What sides a block's rays cross.
-#[allow(clippy::large_enum_variant, reason = "a result that lives on the stack; a box would cost an allocation a block")]
+/// What is known of the sides a block's rays cross.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Found {
     /// All rays miss.
     Nothing,
     /// Every crossing is known to within an error.
-    Clear(Crossings),
+    Clear,
     /// Some ray runs along a side.
     Doubtful,
 }

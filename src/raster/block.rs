@@ -129,7 +129,12 @@ pub(crate) fn render<W: Watch>(
     counters: &mut Counters,
     watch: &mut W,
 ) -> Outcome {
-    let range = beams.block(x0, y0, inside, &mut batch.pixels);
+    // Onlookers see the rays' ends, and slabs between slices begin and end there.
+    let range = if W::SEES || work.pairs.is_some() {
+        beams.block(x0, y0, inside, &mut batch.pixels)
+    } else {
+        beams.range(x0, y0, inside, &mut batch.pixels)
+    };
     counters.blocks += 1;
     counters.fragments += range.fragments;
     counters.corners += range.corners;
@@ -151,7 +156,8 @@ pub(crate) fn render<W: Watch>(
         }
         _ => placing(),
     };
-    march(work, (x0, y0), (range, placing, looked), batch, counters, watch);
+    beams.plane(x0, y0, &mut batch.pixels);
+    march(work, beams, (x0, y0), (range, placing, looked), batch, counters, watch);
     Outcome::Rendered
 }
 
@@ -159,6 +165,7 @@ pub(crate) fn render<W: Watch>(
 #[inline(never)]
 fn march<W: Watch>(
     work: &Work<'_, '_>,
+    beams: &Beams<'_>,
     (x0, y0): (u32, u32),
     (range, placing, mut looked): (BlockRange, Placing, Coarse),
     batch: &mut Batch,
@@ -178,6 +185,8 @@ fn march<W: Watch>(
     let window = (f64::from(x0) + 0.5, f64::from(y0) + 0.5);
     let mut march = March {
         work,
+        beams,
+        first_pixel: (x0, y0),
         range,
         placing,
         batch,
@@ -206,6 +215,8 @@ fn march<W: Watch>(
 /// A block's way through its slices.
 pub(super) struct March<'m, 'f, 'v, W> {
     pub(super) work: &'m Work<'f, 'v>,
+    beams: &'m Beams<'m>,
+    first_pixel: (u32, u32),
     pub(super) range: BlockRange,
     pub(super) placing: Placing,
     pub(super) batch: &'m mut Batch,
@@ -306,8 +317,23 @@ impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
         self.finish(rest.0, rest.1);
     }
 
+    /// Makes sure that the pixels hold where their rays enter and leave.
+    #[inline]
+    fn settle(&mut self) {
+        if !self.range.settled {
+            let (x0, y0) = self.first_pixel;
+            self.beams.block(x0, y0, u64::MAX, &mut self.batch.pixels);
+            self.range.settled = true;
+        }
+    }
+
     /// Fragments of slices `from..to`.
-    fn covered(&self, from: i64, to: i64) -> u64 {
+    fn covered(&mut self, from: i64, to: i64) -> u64 {
+        // Behind the last of the pixels' first slices, up to the first of their last ones, every pixel is covered.
+        if !self.range.settled && from >= self.range.last_first && from <= self.range.whole.1 + 1 && to > self.range.any.1 {
+            return (self.range.lasts - BATCH as i64 * (from - 1)).unsigned_abs();
+        }
+        self.settle();
         let pixels = &self.batch.pixels;
         let mut count = 0;
         for i in 0..BATCH {
@@ -369,6 +395,8 @@ impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
             return;
         }
         self.watch.slice(frame, batch);
+        self.settle();
+        let batch = &mut *self.batch;
         (work.span.run)(frame, batch);
         self.whole_lengths = false;
         if work.order == Order::FrontToBack {

@@ -20,6 +20,8 @@ struct Crossing {
     /// In slices the ray crosses at `base + plane * factor`; in perspective at `(base / (factor + plane) - near) per_slice - 1/2`.
     base: f64,
     factor: f64,
+    /// The latest of the block's entries there, or the earliest of its exits.
+    inmost: f64,
 }
 
 /// All sides that a block's rays cross, and what else the ends of its rays depend on.
@@ -46,6 +48,8 @@ pub(crate) struct Spans {
     pub(super) last: (i32, i32),
     /// Fragments on slices.
     pub(super) fragments: u64,
+    /// Sum of the last slices.
+    pub(super) lasts: i64,
     /// Pixels that are covered.
     pub(super) covered: u64,
     /// Pixels left to be settled one by one: an end lies within rounding of a slice, or the ray passes between two slices.
@@ -53,7 +57,7 @@ pub(crate) struct Spans {
 }
 
 impl Spans {
-    pub(crate) const NONE: Self = Self { first: (i32::MAX, i32::MIN), last: (i32::MAX, i32::MIN), fragments: 0, covered: 0, close: 0 };
+    pub(crate) const NONE: Self = Self { first: (i32::MAX, i32::MIN), last: (i32::MAX, i32::MIN), fragments: 0, lasts: 0, covered: 0, close: 0 };
 }
 
 impl Crossings {
@@ -71,11 +75,34 @@ impl Crossings {
         }
     }
 
-    /// Adds a side; false when there are too many.
-    pub(super) fn add(&mut self, enters: bool, [first, b, c]: [f64; 3], base: f64, factor: f64) -> bool {
+    /// Adds a side, of which `inmost` is the latest of the block's entries or the earliest of its exits; false when there are too many.
+    pub(super) fn add(&mut self, enters: bool, [first, b, c]: [f64; 3], (base, factor): (f64, f64), inmost: f64) -> bool {
         let free = self.sides.get_mut(self.len);
         self.len += 1;
-        free.map(|side| *side = Crossing { enters, first, b, c, base, factor }).is_some()
+        free.map(|side| *side = Crossing { enters, first, b, c, base, factor, inmost }).is_some()
+    }
+
+    /// Leaves out sides that every ray crosses before it has crossed another one that lets in, or after one that lets out: no ray enters
+    /// the box before `latest`, nor stays in it after `earliest`.
+    pub(super) fn keep_between(&mut self, latest: f64, earliest: f64) {
+        let mut kept = 0;
+        for i in 0..self.len.min(SIDES) {
+            let side = self.sides[i];
+            // The kernel's positions are off by less.
+            let matters = if side.enters { side.inmost >= latest - 4.0 * self.error } else { side.inmost <= earliest + 4.0 * self.error };
+            if matters {
+                self.sides[kept] = side;
+                kept += 1;
+            }
+        }
+        self.len = kept;
+    }
+
+    /// The latest entry and the earliest exit of any ray.
+    pub(super) fn inmost(&self) -> (f64, f64) {
+        self.sides[..self.len].iter().fold((-0.5, self.count - 0.5), |(entry, exit), side| {
+            if side.enters { (f64::max(entry, side.inmost), exit) } else { (entry, f64::min(exit, side.inmost)) }
+        })
     }
 
     /// Position in slices at which a ray crosses `side`, where the side's part along the window is `plane`.
@@ -99,6 +126,51 @@ impl Crossings {
             }
         }
         (entry, exit)
+    }
+}
+
+/// Fills `spans` alone, for a block whose rays all belong to the picture and stay in the box for more than a slice.
+pub(super) struct RaySpans;
+
+/// The largest whole number at or below `x` plus one, for x from -1 up, and whether x lies within `error` of a whole number.
+#[inline(always)]
+fn next_whole<L: Lanes>(x: L::D, error: L::D) -> (L::I, u8) {
+    let one = L::splat_d(1.0);
+    let x = L::add_d(x, one);
+    let whole = L::trunc_d(x);
+    let off = L::sub_d(x, L::to_d(whole));
+    (whole, L::lt_d(off, error) | L::lt_d(L::sub_d(one, error), off))
+}
+
+impl Kernel<Crossings, PixelBlock> for RaySpans {
+    #[inline(always)]
+    fn run<L: Lanes>(w: &Crossings, pixels: &mut PixelBlock) {
+        // Those so close to a slice that edge functions may have to decide, and a few more: adding one rounds.
+        let error = L::splat_d(2.0 * w.error + 1e-15 * w.count);
+        let (least, greatest) = (L::splat_i(i32::MIN), L::splat_i(i32::MAX));
+        let mut first_range = (greatest, least);
+        let mut last_range = (greatest, least);
+        let (mut firsts, mut lasts) = (L::splat_i(0), L::splat_i(0));
+        let mut close = 0;
+        for r in 0..SIDE {
+            let (entry, exit) = ends::<L>(w, r);
+            let (first, entry_close) = next_whole::<L>(entry, error);
+            let (after, exit_close) = next_whole::<L>(exit, error);
+            close |= entry_close | exit_close;
+            first_range = (L::min_i(first_range.0, first), L::max_i(first_range.1, first));
+            last_range = (L::min_i(last_range.0, after), L::max_i(last_range.1, after));
+            (firsts, lasts) = (L::add_i(firsts, first), L::add_i(lasts, after));
+        }
+        let sum = |x: L::I| lanes::<L>(x).iter().map(|&n| i64::from(n)).sum::<i64>();
+        let (firsts, afters) = (sum(firsts), sum(lasts));
+        pixels.spans = Spans {
+            first: (lowest::<L>(first_range.0), highest::<L>(first_range.1)),
+            last: (lowest::<L>(last_range.0) - 1, highest::<L>(last_range.1) - 1),
+            fragments: afters.abs_diff(firsts),
+            lasts: afters - BATCH as i64,
+            covered: u64::MAX,
+            close: u64::from(close),
+        };
     }
 }
 
@@ -191,6 +263,7 @@ impl Kernel<Crossings, PixelBlock> for RayEnds {
             first: (lowest::<L>(first_range.0), highest::<L>(first_range.1)),
             last: (lowest::<L>(last_range.0), highest::<L>(last_range.1)),
             fragments: lanes::<L>(fragments).iter().map(|&n| u64::from(n as u32)).sum(),
+            lasts: 0,
             covered,
             close,
         };

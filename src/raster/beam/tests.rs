@@ -121,6 +121,8 @@ struct Seen {
     whole: u64,
     doubt: u64,
     corners: u64,
+    /// Blocks whose rays' ends need not be known.
+    unsettled: u64,
 }
 
 fn check((stack, grid, planes): &(Stack, Grid, Vec<ClipPlane>), level: Level, seen: &mut Seen) {
@@ -135,7 +137,12 @@ fn check((stack, grid, planes): &(Stack, Grid, Vec<ClipPlane>), level: Level, se
             let place = |i: usize| (x0 + (i % SIDE) as u32, y0 + (i / SIDE) as u32);
             let inside = |i: usize| place(i).0 < width && place(i).1 < height;
             let lanes = (0..BATCH).fold(0, |bits, i| bits | u64::from(inside(i)) << i);
+            let told = beams.range(x0, y0, lanes, &mut batch.pixels);
             let range = beams.block(x0, y0, lanes, &mut batch.pixels);
+            beams.plane(x0, y0, &mut batch.pixels);
+            let lasts = if told.settled { 0 } else { batch.pixels.last.iter().map(|&last| i64::from(last)).sum() };
+            assert_eq!(told, BlockRange { lasts, settled: told.settled, ..range });
+            seen.unsettled += u64::from(!told.settled);
             // Of a block that no slice covers nothing else is told.
             let missed = range.any.0 > range.any.1;
             let (mut any, mut fragments) = ((i64::MAX, i64::MIN), 0);
@@ -197,7 +204,7 @@ fn intervals_are_the_slices_that_edge_functions_cover() {
     for round in 0..700 {
         check(&anywhere(&mut n), Level::available()[round % Level::available().len()], &mut seen);
     }
-    assert!(seen.covered > 40_000 && seen.whole > 1000 && seen.doubt == 0 && seen.corners > 100, "{seen:?} is no test");
+    assert!(seen.covered > 40_000 && seen.whole > 1000 && seen.doubt == 0 && seen.corners > 100 && seen.unsettled > 100, "{seen:?} is no test");
 }
 
 #[test]
