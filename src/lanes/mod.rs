@@ -148,19 +148,22 @@ pub(crate) trait Lanes: Copy + 'static {
     fn any_above<const BITS: u32, const SIGNED: bool>(_x: &[Self::I], _limit: Self::I) -> bool {
         true
     }
-    /// The bytes at eight places of `from`, as numbers without sign.
+    /// The bytes at eight places of `from`, as numbers without sign, each with the byte behind it in the upper half of 16 bits.
     ///
     /// # Panics
-    /// When a place lies outside `from`: a bug of the caller's.
+    /// When one of them lies outside `from`: a bug of the caller's.
     #[inline(always)]
-    fn bytes(from: &[u8], at: Self::I) -> Self::I {
-        let last = i32::try_from(from.len()).unwrap_or(i32::MAX) - 1;
+    fn byte_pairs(from: &[u8], at: Self::I) -> Self::I {
+        let last = i32::try_from(from.len()).unwrap_or(i32::MAX) - 2;
         let outside = Self::bits(Self::gt_i(Self::splat_i(0), at)) | Self::bits(Self::gt_i(at, Self::splat_i(last)));
         assert!(outside == 0, "bytes outside the table");
         let mut places = [0; WIDTH];
         Self::store_i(at, &mut places);
-        // SAFETY: every place is from 0 to the last byte's.
-        Self::set_i(places.map(|place| i32::from(unsafe { *from.get_unchecked(place as usize) })))
+        Self::set_i(places.map(|place| {
+            // SAFETY: every place is from 0 to the last byte's but one; the read may be unaligned.
+            let pair = unsafe { from.as_ptr().add(place as usize).cast::<u16>().read_unaligned() };
+            i32::from(u16::from_le(pair))
+        }))
     }
     /// Eight unsigned 16-bit numbers.
     fn load_u16(from: &[u16; WIDTH]) -> Self::I;

@@ -13,6 +13,7 @@ use crate::lanes::Level;
 use crate::lean::extra;
 use crate::proxy::Stack;
 use crate::scene::{Fog, Order};
+use std::array;
 
 /// Everything a frame's blocks share.
 pub(crate) struct Work<'f, 'v> {
@@ -262,18 +263,27 @@ impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
                 }
                 continue;
             }
-            for n in 0..count {
-                let at = if ahead { n } else { count - 1 - n };
-                let run = runs.start + at as i64;
-                let (first, end) = ((run * slices).max(from), ((run + 1) * slices).min(to));
-                if classes[at] == 0 {
-                    self.pass_over(first, end);
-                } else if !self.run(first, end) {
-                    let (first, end) = if ahead { (end, to) } else { (from, first) };
+            // Runs that follow each other in one go. There are no more than eight of them in a coarse run.
+            let mut shown = rows_of(u64::from_le_bytes(array::from_fn(|n| if n < count { classes[n] } else { 0 })));
+            let (mut before, mut after) = (first, end);
+            while shown != 0 {
+                let (lowest, highest) = (i64::from(shown.trailing_zeros()), i64::from(shown.ilog2()));
+                let (from_run, to_run) = if ahead {
+                    (lowest, lowest + i64::from((!(shown >> lowest)).trailing_zeros()))
+                } else {
+                    (highest + 1 - i64::from((shown << (7 - highest)).leading_ones()), highest + 1)
+                };
+                shown &= !((1u16 << to_run) - (1u16 << from_run)) as u8;
+                let (run, end_run) = (((runs.start + from_run) * slices).max(from), ((runs.start + to_run) * slices).min(to));
+                if ahead { self.pass_over(before, run) } else { self.pass_over(end_run, after) }
+                if !self.run(run, end_run) {
+                    let (first, end) = if ahead { (end_run, to) } else { (from, run) };
                     self.finish(first, end);
                     return;
                 }
+                (before, after) = (end_run, run);
             }
+            if ahead { self.pass_over(before, end) } else { self.pass_over(first, after) }
         }
     }
 
@@ -285,6 +295,9 @@ impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
 
     /// Nothing shows on slices `from..to`.
     pub(super) fn pass_over(&mut self, from: i64, to: i64) {
+        if from == to {
+            return;
+        }
         self.counters.empty += (to - from) as u64;
         self.watch.skipped(from, to, false);
     }

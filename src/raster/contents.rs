@@ -1,12 +1,13 @@
 //! What bricks hold: whether the transfer function shows anything of them, and how much colour and opacity change there.
 //!
 //! A frame asks of eight runs of slices at once what a block's rays can touch on them. Every brick stands for the greatest class of a
-//! window of bricks from it on; windows are so large that two along each axis cover such a run's box, whatever its place.
+//! window of bricks from it on. A window is as large as the smallest box such a run can touch, and a box is a brick larger at most along each
+//! axis, so the window at its first brick and the one beside that cover it.
 //!
 //! ```text
 //!   box of bricks   . . x x x x x . .
-//!   two windows         [first  ]          any box from one to two windows wide is covered exactly
-//!                         [ last  ]
+//!   two windows         [first  ]          the second one counts where the box is a brick larger than the window
+//!                         [second ]
 //! ```
 
 use super::merge::{NINE, THREE};
@@ -65,7 +66,7 @@ impl Contents {
 #[derive(Debug, Clone)]
 pub(crate) struct Windows {
     dims: [usize; 3],
-    /// Sides of a window in bricks: powers of two.
+    /// Sides of a window in bricks.
     sides: [usize; 3],
     /// Cells along a brick's side.
     cells: usize,
@@ -73,6 +74,7 @@ pub(crate) struct Windows {
     top: [f32; 8],
     /// By how much boxes of f32 coordinates are too small at most, in bricks.
     slack: f64,
+    /// And one more, to be read beside the last.
     classes: Vec<u8>,
 }
 
@@ -80,10 +82,14 @@ impl Windows {
     fn new(dims: [usize; 3], mut classes: Vec<u8>, sides: [usize; 3], cells: usize) -> Self {
         let [x, y, z] = dims.map(|n| (n - 1) as f32);
         for (axis, side) in sides.into_iter().enumerate() {
-            for step in (0..).map(|n| 1usize << n).take_while(|step| step < &side) {
+            let mut now = 1;
+            while now < side {
+                let step = now.min(side - now);
                 widen(&mut classes, dims, axis, step);
+                now += step;
             }
         }
+        classes.push(0);
         // A thousandth of a cell for the texture coordinates' own rounding.
         let slack = 1e-3 / cells as f64 + 1e-6 * dims.into_iter().max().unwrap_or(1) as f64;
         Self { dims, sides, cells, top: [x, y, z, 0.0, x, y, z, 0.0], slack, classes }
@@ -95,7 +101,7 @@ impl Windows {
         let [dx, dy, _] = self.dims;
         let (first, last) = (first.map(|v| v as usize), last.map(|v| v as usize));
         let second: [usize; 3] = array::from_fn(|i| first[i].max((last[i] + 1).saturating_sub(self.sides[i])));
-        if (0..3).any(|i| second[i] > first[i] + self.sides[i]) {
+        if (0..3).any(|i| second[i] > first[i] + 1) {
             return u8::MAX;
         }
         let mut class = 0;
@@ -121,11 +127,14 @@ fn widen(classes: &mut [u8], [dx, dy, dz]: [usize; 3], axis: usize, step: usize)
     let layer = dx * dy;
     let greater = |to: &mut [u8], from: &[u8]| to.iter_mut().zip(from).for_each(|(a, b)| *a = (*a).max(*b));
     match axis {
-        0 => classes.par_chunks_exact_mut(dx).with_min_len(256).for_each(|row| {
-            for x in step..dx {
-                row[x - step] = row[x - step].max(row[x]);
-            }
-        }),
+        // From a copy: so the compiler sees that it can do many at once.
+        0 => classes.par_chunks_exact_mut(dx).with_min_len(256).for_each_init(
+            || vec![0; dx],
+            |copy, row| {
+                copy.copy_from_slice(row);
+                greater(&mut row[..dx.saturating_sub(step)], &copy[step.min(dx)..]);
+            },
+        ),
         1 => classes.par_chunks_exact_mut(layer).for_each(|layer| {
             for y in step..dy {
                 let (to, from) = layer.split_at_mut(y * dx);
@@ -192,7 +201,7 @@ pub(crate) struct Runs {
     pub(super) back: i64,
     /// Whether a run's slices are worth a look each.
     pub(super) thick: bool,
-    /// Sides of windows that two of cover the boxes of runs and of coarse runs.
+    /// Sides of windows for the boxes of runs and of coarse runs.
     pub(crate) sides: Sides,
 }
 
@@ -220,15 +229,17 @@ impl Runs {
                 let f = &stack.index[i];
                 let steepest = [(0.0, 0.0), (w, 0.0), (0.0, h), (w, h)].iter().map(|&(x, y)| along(f, x, y)).fold(0.0, f64::max);
                 let cells = scale * (SIDE - 1) as f64 * (f.b.abs() + f.c.abs()) + planes * steepest;
-                // The fewest bricks that such a box touches, wherever it lies; one more is the most.
-                let least = (cells / brick) as usize + 1;
-                1 << least.min(stack.dims[i]).ilog2()
+                // The fewest bricks that such a box and the slack around it touch, wherever they lie; one more is the most.
+                let least = ((cells + WIDER) / brick) as usize + 1;
+                least.min(stack.dims[i])
             })
         });
         Self { slices, coarse, back, thick: merge && thin < THREE, sides }
     }
 }
 
+/// More cells than the slack of [`Windows`] on both sides together.
+const WIDER: f64 = 1e-2;
 /// Cells along the rays' main axis that a run crosses at most, if it has more than one slice: to look at fewer does not pay.
 const THIN: f64 = 1.5;
 
@@ -278,17 +289,18 @@ impl<'w> Kernel<Look<'w>, Looked> for LookAt {
             let first: [L::I; 3] = array::from_fn(brick);
             let last: [L::I; 3] = array::from_fn(|axis| brick(4 + axis));
             let second: [L::I; 3] = array::from_fn(|i| L::max_i(first[i], L::sub_i(L::add_i(last[i], one), sides[i])));
-            // Bricks between the two windows, if there are any.
-            let between = (0..3).map(|i| L::sub_i(L::sub_i(second[i], first[i]), sides[i])).fold(L::splat_i(0), L::max_i);
-            let mut class = L::splat_i(0);
+            // Bricks that neither window holds, if there are any.
+            let between = (0..3).map(|i| L::sub_i(L::sub_i(second[i], first[i]), one)).fold(L::splat_i(0), L::max_i);
+            let (mut near, mut beside) = (L::splat_i(0), L::splat_i(0));
             for z in [first[2], second[2]] {
                 for y in [first[1], second[1]] {
                     let row = L::mul_i(L::add_i(L::mul_i(z, dy), y), dx);
-                    for x in [first[0], second[0]] {
-                        class = L::max_i(class, L::bytes(&windows.classes, L::add_i(row, x)));
-                    }
+                    let both = L::byte_pairs(&windows.classes, L::add_i(row, first[0]));
+                    near = L::max_i(near, L::and_i(both, L::splat_i(0xff)));
+                    beside = L::max_i(beside, L::sar::<8>(both));
                 }
             }
+            let class = L::select_i(L::gt_i(second[0], first[0]), L::max_i(near, beside), near);
             let class = L::select_i(L::gt_i(between, L::splat_i(0)), L::splat_i(i32::from(u8::MAX)), class);
             let mut found = [0; WIDTH];
             L::store_i(class, &mut found);
@@ -336,24 +348,24 @@ mod tests {
     }
 
     #[test]
-    fn two_windows_along_each_axis_cover_a_box_and_nothing_else() {
+    fn windows_beside_each_other_cover_a_box_and_nothing_else() {
         let (bricks, contents) = contents();
         let (mut exact, mut empty) = (0, 0);
-        for sides in [[[1, 1, 1], [1, 1, 1]], [[2, 2, 2], [1, 2, 1]], [[4, 2, 1], [2, 1, 2]], [[8, 8, 8], [4, 2, 2]]] {
+        for sides in [[[1, 1, 1], [1, 1, 1]], [[2, 2, 2], [1, 2, 1]], [[4, 3, 1], [2, 1, 2]], [[4, 3, 7], [3, 2, 2]]] {
             let sight = Sight::new(&contents, sides);
             assert_eq!(sight.sides(), sides);
-            for case in 0..3000usize {
+            for case in 0..20_000usize {
                 let lo = [case * 7 % 73, case * 5 % 44, case * 3 % 58].map(|v| v as f64 - 1.5);
                 let hi = [lo[0] + (case % 17) as f64, lo[1] + (case % 13) as f64, lo[2] + (case % 29) as f64];
                 for (windows, sides, cells) in [(&sight.fine, sides[0], BRICK), (&sight.coarse, sides[1], COARSE * BRICK)] {
                     let (want, count) = brute(&bricks, lo, hi, cells);
                     let got = windows.class(lo, hi);
                     assert!(got >= want, "{lo:?} {hi:?} in windows of {sides:?}: {got}, not {want}");
-                    if (0..3).all(|i| (sides[i]..=2 * sides[i]).contains(&count[i])) {
+                    if (0..3).all(|i| (sides[i]..=sides[i] + 1).contains(&count[i])) {
                         assert_eq!(got, want, "{lo:?} {hi:?} in windows of {sides:?}");
                         exact += 1;
                         empty += usize::from(got == 0);
-                    } else if (0..3).any(|i| count[i] > 2 * sides[i]) {
+                    } else if (0..3).any(|i| count[i] > sides[i] + 1) {
                         assert_eq!(got, u8::MAX);
                     }
                 }
