@@ -31,6 +31,8 @@ struct Side {
     per_step: f64,
     /// Its change from slice to slice along parallel rays.
     step: f64,
+    /// Least and greatest of b x + c y within a block, beside its first pixel's.
+    across: (f64, f64),
 }
 
 /// The box seen from the picture, prepared once a frame.
@@ -106,7 +108,9 @@ impl<'s> Beams<'s> {
                 let per_step = -1.0 / step;
                 let base = (s.a + rise0) * per_step - 0.5;
                 let rise = (rise0.min(rise1), rise0.max(rise1));
-                Side { a: s.a, b: s.b, c: s.c, g: s.g, error: size * 1e-14, rise, base, per_step, step }
+                let (right, down) = (s.b * (SIDE - 1) as f64, s.c * (SIDE - 1) as f64);
+                let across = (right.min(0.0) + down.min(0.0), right.max(0.0) + down.max(0.0));
+                Side { a: s.a, b: s.b, c: s.c, g: s.g, error: size * 1e-14, rise, base, per_step, step, across }
             })
             .collect();
         Self { stack, sides, radial: radial && !LEAN, outer, ends: level.kernel::<RayEnds, _, _>(), spans: level.kernel::<RaySpans, _, _>() }
@@ -242,17 +246,13 @@ impl<'s> Beams<'s> {
     fn crossings(&self, x0: f64, y0: f64, found: &mut Crossings) -> Found {
         let stack = self.stack;
         let (near, far, spacing) = (stack.near, stack.far, stack.spacing);
-        let reach = (SIDE - 1) as f64;
         let per_slice = 1.0 / spacing;
         let mut error: f64 = 1e-9;
         // Latest of the sides' earliest entries in the block, earliest of their latest exits.
         let (mut latest, mut earliest) = (-0.5, stack.count as f64 - 0.5);
         for s in &self.sides {
             let first = s.b * x0 + s.c * y0;
-            let (least, most) = (
-                first + f64::min(0.0, s.b * reach) + f64::min(0.0, s.c * reach),
-                first + f64::max(0.0, s.b * reach) + f64::max(0.0, s.c * reach),
-            );
+            let (least, most) = (first + s.across.0, first + s.across.1);
             let (enters, p, q, base, factor);
             if stack.perspective {
                 let (low, high) = (s.g + least, s.g + most);

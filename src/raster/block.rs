@@ -36,6 +36,8 @@ pub(crate) struct Work<'f, 'v> {
     pub(crate) partial: Vec<Stage<'v>>,
     /// Values pixels start from: colour channels, then transmittance.
     pub(crate) start: [f32; 4],
+    /// Whether sums keep what rounding adds to them.
+    pub(crate) compensated: bool,
     /// Vectors of the geometry.
     pub(crate) level: Level,
     /// Whether fog goes by the distance from the eye.
@@ -176,7 +178,9 @@ fn march<W: Watch>(
     let [red, green, blue, transmittance] = work.start;
     batch.pixels.color = [[red; BATCH], [green; BATCH], [blue; BATCH]];
     batch.pixels.transmittance = [transmittance; BATCH];
-    batch.pixels.excess = [[0.0; BATCH]; 4];
+    if work.compensated {
+        batch.pixels.excess = [[0.0; BATCH]; 4];
+    }
     batch.pixels.alive = u64::MAX;
     batch.dim = false;
     placing.prepare(work.frame, batch);

@@ -14,9 +14,8 @@ pub(super) struct Placing {
     /// Least and greatest offset of a pixel from the first.
     extent: [[f64; 3]; 2],
     perspective: bool,
-    /// See [`crate::lanes::CellLoad::ahead`].
-    ahead: isize,
-    others: Option<isize>,
+    /// Depth from a slice to the next one that is looked up.
+    step: f64,
     /// Largest index of a cell's lower corner, and of a voxel.
     pub(super) top: [f64; 3],
     /// The same as a number of cells.
@@ -40,16 +39,11 @@ impl Placing {
             std::array::from_fn(|i| f64::min(0.0, far * across[i]) + f64::min(0.0, far * down[i])),
             std::array::from_fn(|i| f64::max(0.0, far * across[i]) + f64::max(0.0, far * down[i])),
         ];
-        let step = forward * stack.spacing;
-        let steps = slope.map(|s| s * step);
-        let upper = if steps[2] > 0.0 { strides[2] as isize } else { 0 };
-        let ahead = (0..3).map(|i| cells_ahead(steps[i]) * strides[i] as isize).sum::<isize>() + upper;
-        let new = steps.iter().any(|s| s.abs() > 1.0);
-        let others = new.then_some(strides[2] as isize - 2 * upper);
         let top = stack.dims.map(|n| n.saturating_sub(2) as f64);
         let top_cell = top.map(|n| n as u32);
         let thick = strides.iter().all(|&s| s != 0);
-        Self { start, slope, across, down, extent, perspective: stack.perspective, ahead, others, top, top_cell, thick }
+        let step = forward * stack.spacing;
+        Self { start, slope, across, down, extent, perspective: stack.perspective, step, top, top_cell, thick }
     }
 
     /// Pixel steps grow with depth in perspective.
@@ -88,9 +82,13 @@ impl Placing {
 
     /// Sets what is the same at all depths.
     pub(super) fn prepare(&self, frame: &Frame<'_>, batch: &mut Batch) {
-        batch.cells.strides = frame.strides;
-        batch.cells.ahead = self.ahead;
-        batch.cells.others = self.others;
+        let strides = frame.strides;
+        let steps = self.slope.map(|s| s * self.step);
+        let upper = if steps[2] > 0.0 { strides[2] as isize } else { 0 };
+        let new = steps.iter().any(|s| s.abs() > 1.0);
+        batch.cells.strides = strides;
+        batch.cells.ahead = (0..3).map(|i| cells_ahead(steps[i]) * strides[i] as isize).sum::<isize>() + upper;
+        batch.cells.others = new.then_some(strides[2] as isize - 2 * upper);
         if !self.perspective {
             self.spread(1.0, batch);
         }

@@ -1,5 +1,6 @@
 //! From what a pixel has gathered to its colour over the background.
 
+use crate::fragment::batch::SIDE;
 use crate::fragment::{PixelBlock, project::NOTHING};
 use crate::proxy::Stack;
 use crate::scene::{Blend, Premultiplied, Straight, TransferFunction};
@@ -53,13 +54,25 @@ impl Resolve<'_> {
         // The same sums as `over`, in an order that vectors like: 1 - t (1 - b) is 1 + t (b - 1).
         let [r, g, b, alpha] = self.background();
         let back = [r, g, b, alpha - 1.0];
-        let [c0, c1, c2] = [0, 1, 2].map(|c: usize| &pixels.color[c][i..]);
-        for (n, out) in out.iter_mut().enumerate() {
-            let (front, t) = ([c0[n], c1[n], c2[n], 1.0], pixels.transmittance[i + n]);
-            for (c, out) in out.iter_mut().enumerate() {
-                let sum = front[c] + t * back[c];
-                *out = if sum > self.most { self.most } else { sum };
+        let gathered = |at: usize| [pixels.color[0][at], pixels.color[1][at], pixels.color[2][at], 1.0];
+        let resolved = |at: usize| {
+            let (mut color, t) = (gathered(at), pixels.transmittance[at]);
+            for (sum, back) in color.iter_mut().zip(back) {
+                *sum += t * back;
+                *sum = if *sum > self.most { self.most } else { *sum };
             }
+            color
+        };
+        // Most rows are whole: a loop of known length.
+        if let Ok(out) = <&mut [[f32; 4]; SIDE]>::try_from(&mut *out) {
+            let at = i / SIDE * SIDE;
+            for (n, out) in out.iter_mut().enumerate() {
+                *out = resolved(at + n);
+            }
+            return;
+        }
+        for (n, out) in out.iter_mut().enumerate() {
+            *out = resolved(i + n);
         }
     }
 

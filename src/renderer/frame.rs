@@ -146,6 +146,7 @@ impl Renderer<'_> {
             whole: stages.whole,
             partial: stages.partial,
             start: start_values(scene.blend()),
+            compensated: needs.compensated,
             level: self.level,
             radial: needs.fog == Some(FogDistance::Radial),
             outer,
