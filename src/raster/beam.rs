@@ -113,7 +113,14 @@ impl<'s> Beams<'s> {
                 Side { a: s.a, b: s.b, c: s.c, g: s.g, error: size * 1e-14, rise, base, per_step, step, across }
             })
             .collect();
-        Self { stack, sides, radial: radial && !LEAN, outer, ends: level.kernel::<RayEnds, _, _>(), spans: level.kernel::<RaySpans, _, _>() }
+        Self {
+            stack,
+            sides,
+            radial: radial && !LEAN,
+            outer,
+            ends: level.kernel::<RayEnds, _, _>(),
+            spans: level.kernel::<RaySpans, _, _>(),
+        }
     }
 
     /// As [`Beams::block`], but where every ray is sure to stay in the box for a while, without the pixels' own first and last slices and

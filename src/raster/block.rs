@@ -279,7 +279,11 @@ impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
                 };
                 shown &= !((1u16 << to_run) - (1u16 << from_run)) as u8;
                 let (run, end_run) = (((runs.start + from_run) * slices).max(from), ((runs.start + to_run) * slices).min(to));
-                if ahead { self.pass_over(before, run) } else { self.pass_over(end_run, after) }
+                if ahead {
+                    self.pass_over(before, run)
+                } else {
+                    self.pass_over(end_run, after)
+                }
                 if !self.run(run, end_run) {
                     let (first, end) = if ahead { (end_run, to) } else { (from, run) };
                     self.finish(first, end);

@@ -57,7 +57,8 @@ pub(crate) struct Spans {
 }
 
 impl Spans {
-    pub(crate) const NONE: Self = Self { first: (i32::MAX, i32::MIN), last: (i32::MAX, i32::MIN), fragments: 0, lasts: 0, covered: 0, close: 0 };
+    pub(crate) const NONE: Self =
+        Self { first: (i32::MAX, i32::MIN), last: (i32::MAX, i32::MIN), fragments: 0, lasts: 0, covered: 0, close: 0 };
 }
 
 impl Crossings {
@@ -132,46 +133,51 @@ impl Crossings {
 /// Fills `spans` alone, for a block whose rays all belong to the picture and stay in the box for more than a slice.
 pub(super) struct RaySpans;
 
-/// The largest whole number at or below `x` plus one, for x from -1 up, and whether x lies within `error` of a whole number.
+/// The largest whole number at or below `x` plus one, for x from -1 up; `off` widens to how far such x lie above whole numbers.
 #[inline(always)]
-fn next_whole<L: Lanes>(x: L::D, error: L::D) -> (L::I, u8) {
-    let one = L::splat_d(1.0);
-    let x = L::add_d(x, one);
+fn next_whole<L: Lanes>(x: L::D, off: &mut (L::D, L::D)) -> L::I {
+    let x = L::add_d(x, L::splat_d(1.0));
     let whole = L::trunc_d(x);
-    let off = L::sub_d(x, L::to_d(whole));
-    (whole, L::lt_d(off, error) | L::lt_d(L::sub_d(one, error), off))
+    let above = L::sub_d(x, L::to_d(whole));
+    *off = (L::min_d(above, off.0), L::max_d(above, off.1));
+    whole
 }
 
 impl Kernel<Crossings, PixelBlock> for RaySpans {
     #[inline(always)]
     fn run<L: Lanes>(w: &Crossings, pixels: &mut PixelBlock) {
-        // Those so close to a slice that edge functions may have to decide, and a few more: adding one rounds.
-        let error = L::splat_d(2.0 * w.error + 1e-15 * w.count);
-        let (least, greatest) = (L::splat_i(i32::MIN), L::splat_i(i32::MAX));
-        let mut first_range = (greatest, least);
-        let mut last_range = (greatest, least);
-        let (mut firsts, mut lasts) = (L::splat_i(0), L::splat_i(0));
-        let mut close = 0;
-        for r in 0..SIDE {
-            let (entry, exit) = ends::<L>(w, r);
-            let (first, entry_close) = next_whole::<L>(entry, error);
-            let (after, exit_close) = next_whole::<L>(exit, error);
-            close |= entry_close | exit_close;
-            first_range = (L::min_i(first_range.0, first), L::max_i(first_range.1, first));
-            last_range = (L::min_i(last_range.0, after), L::max_i(last_range.1, after));
-            (firsts, lasts) = (L::add_i(firsts, first), L::add_i(lasts, after));
-        }
-        let sum = |x: L::I| lanes::<L>(x).iter().map(|&n| i64::from(n)).sum::<i64>();
-        let (firsts, afters) = (sum(firsts), sum(lasts));
-        pixels.spans = Spans {
-            first: (lowest::<L>(first_range.0), highest::<L>(first_range.1)),
-            last: (lowest::<L>(last_range.0) - 1, highest::<L>(last_range.1) - 1),
-            fragments: afters.abs_diff(firsts),
-            lasts: afters - BATCH as i64,
-            covered: u64::MAX,
-            close: u64::from(close),
-        };
+        if w.perspective { spans::<L, true>(w, pixels) } else { spans::<L, false>(w, pixels) }
     }
+}
+
+#[inline(always)]
+fn spans<L: Lanes, const PERSPECTIVE: bool>(w: &Crossings, pixels: &mut PixelBlock) {
+    let (least, greatest) = (L::splat_i(i32::MIN), L::splat_i(i32::MAX));
+    let mut first_range = (greatest, least);
+    let mut last_range = (greatest, least);
+    let (mut firsts, mut lasts) = (L::splat_i(0), L::splat_i(0));
+    let mut off = (L::splat_d(1.0), L::splat_d(0.0));
+    for r in 0..SIDE {
+        let (entry, exit) = ends::<L, PERSPECTIVE>(w, r);
+        let first = next_whole::<L>(entry, &mut off);
+        let after = next_whole::<L>(exit, &mut off);
+        first_range = (L::min_i(first_range.0, first), L::max_i(first_range.1, first));
+        last_range = (L::min_i(last_range.0, after), L::max_i(last_range.1, after));
+        (firsts, lasts) = (L::add_i(firsts, first), L::add_i(lasts, after));
+    }
+    // So close to a slice that edge functions may have to decide, and a little farther: adding one rounds.
+    let error = 2.0 * w.error + 1e-15 * w.count;
+    let close = L::lt_d(off.0, L::splat_d(error)) | L::lt_d(L::splat_d(1.0 - error), off.1);
+    let sum = |x: L::I| lanes::<L>(x).iter().map(|&n| i64::from(n)).sum::<i64>();
+    let (firsts, afters) = (sum(firsts), sum(lasts));
+    pixels.spans = Spans {
+        first: (lowest::<L>(first_range.0), highest::<L>(first_range.1)),
+        last: (lowest::<L>(last_range.0) - 1, highest::<L>(last_range.1) - 1),
+        fragments: afters.abs_diff(firsts),
+        lasts: afters - BATCH as i64,
+        covered: u64::MAX,
+        close: u64::from(close),
+    };
 }
 
 const COLUMNS: [f64; SIDE] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
@@ -181,12 +187,12 @@ pub(super) struct RayEnds;
 
 /// Entries and exits of a row of rays.
 #[inline(always)]
-fn ends<L: Lanes>(w: &Crossings, r: usize) -> (L::D, L::D) {
+fn ends<L: Lanes, const PERSPECTIVE: bool>(w: &Crossings, r: usize) -> (L::D, L::D) {
     let (mut entry, mut exit) = (L::splat_d(-0.5), L::splat_d(w.count - 0.5));
     let columns = L::load_d(&COLUMNS);
     for side in &w.sides[..w.len.min(SIDES)] {
         let plane = L::add_d(L::splat_d(side.first + side.c * r as f64), L::mul_d(L::splat_d(side.b), columns));
-        let at = if w.perspective {
+        let at = if PERSPECTIVE {
             let depth = L::div_d(L::splat_d(side.base), L::add_d(L::splat_d(side.factor), plane));
             L::sub_d(L::mul_d(L::sub_d(depth, L::splat_d(w.near)), L::splat_d(w.per_slice)), L::splat_d(0.5))
         } else {
@@ -221,7 +227,7 @@ impl Kernel<Crossings, PixelBlock> for RayEnds {
         let mut fragments = L::splat_i(0);
         let (mut covered, mut close) = (0u64, 0u64);
         for r in 0..SIDE {
-            let (entry, exit) = ends::<L>(w, r);
+            let (entry, exit) = if w.perspective { ends::<L, true>(w, r) } else { ends::<L, false>(w, r) };
             let hit = L::le_d(entry, L::add_d(exit, error)) & (w.inside >> (8 * r)) as u8;
             // Rays that miss may be anywhere: conversions want a range.
             let (entry, exit) = (L::min_d(entry, L::splat_d(w.count + 1.0)), L::max_d(exit, L::splat_d(-2.0)));

@@ -204,7 +204,10 @@ fn intervals_are_the_slices_that_edge_functions_cover() {
     for round in 0..700 {
         check(&anywhere(&mut n), Level::available()[round % Level::available().len()], &mut seen);
     }
-    assert!(seen.covered > 40_000 && seen.whole > 1000 && seen.doubt == 0 && seen.corners > 100 && seen.unsettled > 100, "{seen:?} is no test");
+    assert!(
+        seen.covered > 40_000 && seen.whole > 1000 && seen.doubt == 0 && seen.corners > 100 && seen.unsettled > 100,
+        "{seen:?} is no test"
+    );
 }
 
 #[test]
