@@ -10,7 +10,7 @@ use std::error::Error;
 /// Most slices tried.
 const MOST: u64 = 1 << 14;
 /// Pixels end at this part of the error that is aimed at.
-const TERMINATE: f64 = 0.25;
+const TERMINATE: f64 = 0.5;
 
 /// A renderer of one case with so many threads.
 pub(crate) struct Ours<'c> {
