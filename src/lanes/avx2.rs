@@ -193,6 +193,10 @@ impl Lanes for Avx2 {
         op!(_mm256_and_si256(a, b))
     }
     #[inline(always)]
+    fn or_i(a: __m256i, b: __m256i) -> __m256i {
+        op!(_mm256_or_si256(a, b))
+    }
+    #[inline(always)]
     fn shl<const N: i32>(a: __m256i) -> __m256i {
         op!(_mm256_slli_epi32::<N>(a))
     }

@@ -129,6 +129,7 @@ pub(crate) trait Lanes: Copy + 'static {
     /// The lower half of the product.
     fn mul_i(a: Self::I, b: Self::I) -> Self::I;
     fn and_i(a: Self::I, b: Self::I) -> Self::I;
+    fn or_i(a: Self::I, b: Self::I) -> Self::I;
     fn shl<const N: i32>(a: Self::I) -> Self::I;
     /// Copies of the sign move in.
     fn sar<const N: i32>(a: Self::I) -> Self::I;

@@ -225,6 +225,10 @@ impl Lanes for Neon {
         both!(vandq_s32, a, b)
     }
     #[inline(always)]
+    fn or_i(a: I, b: I) -> I {
+        both!(vorrq_s32, a, b)
+    }
+    #[inline(always)]
     fn shl<const N: i32>(a: I) -> I {
         both!(vshlq_n_s32::<N>, a)
     }

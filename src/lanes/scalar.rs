@@ -125,6 +125,10 @@ impl Lanes for Scalar {
         from_fn(|i| a[i] & b[i])
     }
     #[inline(always)]
+    fn or_i(a: I, b: I) -> I {
+        from_fn(|i| a[i] | b[i])
+    }
+    #[inline(always)]
     fn shl<const N: i32>(a: I) -> I {
         a.map(|v| v << N)
     }

@@ -100,6 +100,7 @@ impl Kernel<Inputs, Outputs> for EveryOperation {
             L::sub_i(i, j),
             L::min_i(i, j),
             L::max_i(i, j),
+            L::or_i(i, j),
             L::mul_i(i, j),
             L::select_i(m, i, j),
             L::trunc_d(L::min_d(L::max_d(c, L::splat_d(-1e9)), L::splat_d(1e9))),

@@ -160,6 +160,10 @@ impl Lanes for Wide {
         both(a, b, |a, b| a & b)
     }
     #[inline(always)]
+    fn or_i(a: I, b: I) -> I {
+        both(a, b, |a, b| a | b)
+    }
+    #[inline(always)]
     fn shl<const N: i32>(a: I) -> I {
         each(a, |a| a << N)
     }

@@ -1,7 +1,7 @@
 //! One block of 8 x 8 pixels: its slices in order, those that matter, through the stages.
 
 use super::beam::{Beams, BlockRange, Outer};
-use super::contents::{LOOKS, Look, Looked, Runs, Sight, Windows};
+use super::contents::{LOOKS, Look, Looked, Runs, SHOWN, Sight, Windows};
 use super::counters::{Counters, lanes_of};
 use super::merge::Merging;
 use super::pairs::{Kept, PairWork};
@@ -26,8 +26,8 @@ pub(crate) struct Work<'f, 'v> {
     pub(crate) sight: Option<&'f Sight>,
     /// Slices that are looked at together.
     pub(crate) runs: Runs,
-    /// Looks at boxes of runs.
-    pub(crate) look: fn(&Look<'f>, &mut Looked),
+    /// Looks at boxes of runs, and of coarse runs.
+    pub(crate) look: [fn(&Look<'f>, &mut Looked); 2],
     /// Sets coverage and lengths of batches that are not whole.
     pub(crate) span: Stage<'v>,
     /// Stages of batches in which every fragment is covered by a whole slab.
@@ -65,7 +65,7 @@ impl<'f> Work<'f, '_> {
         let near = self.sampled(first - self.runs.back);
         let far = self.sampled(first + slices - 1);
         let look = placing.boxes(windows, (near, far), slices as f64 * self.stack.spacing, count);
-        (self.look)(&look, classes);
+        (self.look[usize::from(windows.holds_flags())])(&look, classes);
     }
 }
 
@@ -107,7 +107,7 @@ impl Coarse {
             (self.first, self.known) = (first, (last - first + 1) as usize);
             work.look_at(placing, &sight.coarse, (first * slices, slices), self.known, &mut self.classes);
         }
-        (first..=last).any(|at| self.class(work, sight, placing, at) > 0)
+        (first..=last).any(|at| self.class(work, sight, placing, at) & SHOWN > 0)
     }
 }
 
@@ -252,15 +252,20 @@ impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
         for n in 0..coarse.end - coarse.start {
             let at = if ahead { coarse.start + n } else { coarse.end - 1 - n };
             let (first, end) = ((at * slices * group).max(from), ((at + 1) * slices * group).min(to));
-            if looked.class(self.work, sight, &self.placing, at) == 0 {
+            let held = looked.class(self.work, sight, &self.placing, at);
+            if held & SHOWN == 0 {
                 self.pass_over(first, end);
                 continue;
             }
             let runs = first / slices..(end - 1) / slices + 1;
-            let mut classes = [0; LOOKS];
             let count = (runs.end - runs.start) as usize;
-            self.work.look_at(&self.placing, &sight.fine, (runs.start * slices, slices), count, &mut classes);
-            if let Some(merging) = extra(self.work.merging.as_ref()) {
+            let merging = extra(self.work.merging.as_ref());
+            // Where something shows in every brick, it does on every run.
+            let mut classes = [1; LOOKS];
+            if held != SHOWN || merging.is_some() {
+                self.work.look_at(&self.placing, &sight.fine, (runs.start * slices, slices), count, &mut classes);
+            }
+            if let Some(merging) = merging {
                 if !self.merging(merging, (first, end), &classes[..count]) {
                     self.finish(end, to);
                     return;

@@ -24,6 +24,11 @@ pub(super) const LOOKS: usize = 64;
 /// Bricks of a coarse brick along each axis.
 const COARSE: usize = 4;
 
+/// In a coarse brick something shows.
+pub(super) const SHOWN: u8 = 1;
+/// In a coarse brick there are bricks of which nothing shows.
+pub(super) const HIDDEN: u8 = 2;
+
 /// A class for each brick: 0 where nothing shows.
 #[derive(Debug, Clone)]
 pub(crate) struct Contents {
@@ -45,7 +50,7 @@ impl Contents {
         self.shown as f64 / self.classes.len() as f64
     }
 
-    /// The greatest classes of coarse bricks.
+    /// What coarse bricks hold: [`SHOWN`], [`HIDDEN`] or both.
     fn coarse(&self) -> ([usize; 3], Vec<u8>) {
         let dims = self.dims.map(|n| n.div_ceil(COARSE));
         let mut classes = vec![0u8; dims.iter().product()];
@@ -54,7 +59,7 @@ impl Contents {
             for (y, row) in from.chunks_exact(self.dims[0]).enumerate() {
                 let to = &mut to[y % self.dims[1] / COARSE * dims[0]..][..dims[0]];
                 for (to, four) in to.iter_mut().zip(row.chunks(COARSE)) {
-                    *to = four.iter().fold(*to, |a, &b| a.max(b));
+                    *to = four.iter().fold(*to, |a, &b| a | if b > 0 { SHOWN } else { HIDDEN });
                 }
             }
         });
@@ -76,23 +81,30 @@ pub(crate) struct Windows {
     slack: f64,
     /// And one more, to be read beside the last.
     classes: Vec<u8>,
+    /// Whether classes of bricks are joined bit by bit, and not by the greatest.
+    flags: bool,
 }
 
 impl Windows {
-    fn new(dims: [usize; 3], mut classes: Vec<u8>, sides: [usize; 3], cells: usize) -> Self {
+    fn new(dims: [usize; 3], mut classes: Vec<u8>, sides: [usize; 3], cells: usize, flags: bool) -> Self {
         let [x, y, z] = dims.map(|n| (n - 1) as f32);
         for (axis, side) in sides.into_iter().enumerate() {
             let mut now = 1;
             while now < side {
                 let step = now.min(side - now);
-                widen(&mut classes, dims, axis, step);
+                widen(&mut classes, dims, axis, step, if flags { |a, b| a | b } else { u8::max });
                 now += step;
             }
         }
         classes.push(0);
         // A thousandth of a cell for the texture coordinates' own rounding.
         let slack = 1e-3 / cells as f64 + 1e-6 * dims.into_iter().max().unwrap_or(1) as f64;
-        Self { dims, sides, cells, top: [x, y, z, 0.0, x, y, z, 0.0], slack, classes }
+        Self { dims, sides, cells, top: [x, y, z, 0.0, x, y, z, 0.0], slack, classes, flags }
+    }
+
+    /// Whether classes are [`SHOWN`] and [`HIDDEN`], joined bit by bit.
+    pub(super) fn holds_flags(&self) -> bool {
+        self.flags
     }
 
     /// The greatest class of bricks `first` to `last` along each axis, all of them in the grid; of any, where they are too many.
@@ -104,11 +116,12 @@ impl Windows {
         if (0..3).any(|i| second[i] > first[i] + 1) {
             return u8::MAX;
         }
+        let join = |a: u8, b: u8| if self.flags { a | b } else { a.max(b) };
         let mut class = 0;
         for z in [first[2], second[2]] {
             for y in [first[1], second[1]] {
                 let row = (z * dy + y) * dx;
-                class = class.max(self.classes[row + first[0]]).max(self.classes[row + second[0]]);
+                class = join(join(class, self.classes[row + first[0]]), self.classes[row + second[0]]);
             }
         }
         class
@@ -122,29 +135,29 @@ impl Windows {
     }
 }
 
-/// Each class becomes the greater of its own and the one `step` further along `axis`, as far as there is one.
-fn widen(classes: &mut [u8], [dx, dy, dz]: [usize; 3], axis: usize, step: usize) {
+/// Each class becomes what `join` makes of its own and the one `step` further along `axis`, as far as there is one.
+fn widen(classes: &mut [u8], [dx, dy, dz]: [usize; 3], axis: usize, step: usize, join: impl Fn(u8, u8) -> u8 + Sync) {
     let layer = dx * dy;
-    let greater = |to: &mut [u8], from: &[u8]| to.iter_mut().zip(from).for_each(|(a, b)| *a = (*a).max(*b));
+    let add = |to: &mut [u8], from: &[u8]| to.iter_mut().zip(from).for_each(|(a, &b)| *a = join(*a, b));
     match axis {
         // From a copy: so the compiler sees that it can do many at once.
         0 => classes.par_chunks_exact_mut(dx).with_min_len(256).for_each_init(
             || vec![0; dx],
             |copy, row| {
                 copy.copy_from_slice(row);
-                greater(&mut row[..dx.saturating_sub(step)], &copy[step.min(dx)..]);
+                add(&mut row[..dx.saturating_sub(step)], &copy[step.min(dx)..]);
             },
         ),
         1 => classes.par_chunks_exact_mut(layer).for_each(|layer| {
             for y in step..dy {
                 let (to, from) = layer.split_at_mut(y * dx);
-                greater(&mut to[(y - step) * dx..(y - step + 1) * dx], &from[..dx]);
+                add(&mut to[(y - step) * dx..(y - step + 1) * dx], &from[..dx]);
             }
         }),
         _ => {
             for z in step..dz {
                 let (to, from) = classes.split_at_mut(z * layer);
-                greater(&mut to[(z - step) * layer..(z - step + 1) * layer], &from[..layer]);
+                add(&mut to[(z - step) * layer..(z - step + 1) * layer], &from[..layer]);
             }
         }
     }
@@ -171,15 +184,15 @@ impl Sight {
         Self {
             any: contents.shown > 0,
             all: contents.shown == contents.classes.len(),
-            fine: Windows::new(contents.dims, contents.classes.clone(), sides[0], BRICK),
-            coarse: Windows::new(dims, classes, sides[1], COARSE * BRICK),
+            fine: Windows::new(contents.dims, contents.classes.clone(), sides[0], BRICK, false),
+            coarse: Windows::new(dims, classes, sides[1], COARSE * BRICK, true),
         }
     }
 
     /// The greatest class of what lookups between index coordinates `lo` and `hi` can touch, or a greater one.
     pub(super) fn class(&self, lo: [f64; 3], hi: [f64; 3]) -> u8 {
         match self.fine.class(lo, hi) {
-            u8::MAX => self.coarse.class(lo, hi),
+            u8::MAX => self.coarse.class(lo, hi) & SHOWN,
             class => class,
         }
     }
@@ -270,10 +283,10 @@ impl<'w> Look<'w> {
 /// Classes of what boxes hold.
 pub(crate) type Looked = [u8; LOOKS];
 
-/// Finds them, eight at a time; a few more than there are boxes may be set.
-pub(crate) struct LookAt;
+/// Finds them, eight at a time; a few more than there are boxes may be set. With `FLAGS` classes are joined bit by bit.
+pub(crate) struct LookAt<const FLAGS: bool>;
 
-impl<'w> Kernel<Look<'w>, Looked> for LookAt {
+impl<'w, const FLAGS: bool> Kernel<Look<'w>, Looked> for LookAt<FLAGS> {
     #[inline(always)]
     fn run<L: Lanes>(look: &Look<'w>, classes: &mut Looked) {
         let windows = look.windows;
@@ -296,11 +309,11 @@ impl<'w> Kernel<Look<'w>, Looked> for LookAt {
                 for y in [first[1], second[1]] {
                     let row = L::mul_i(L::add_i(L::mul_i(z, dy), y), dx);
                     let both = L::byte_pairs(&windows.classes, L::add_i(row, first[0]));
-                    near = L::max_i(near, L::and_i(both, L::splat_i(0xff)));
-                    beside = L::max_i(beside, L::sar::<8>(both));
+                    near = join::<L, FLAGS>(near, L::and_i(both, L::splat_i(0xff)));
+                    beside = join::<L, FLAGS>(beside, L::sar::<8>(both));
                 }
             }
-            let class = L::select_i(L::gt_i(second[0], first[0]), L::max_i(near, beside), near);
+            let class = L::select_i(L::gt_i(second[0], first[0]), join::<L, FLAGS>(near, beside), near);
             let class = L::select_i(L::gt_i(between, L::splat_i(0)), L::splat_i(i32::from(u8::MAX)), class);
             let mut found = [0; WIDTH];
             L::store_i(class, &mut found);
@@ -309,6 +322,12 @@ impl<'w> Kernel<Look<'w>, Looked> for LookAt {
             }
         }
     }
+}
+
+/// What bricks hold together.
+#[inline(always)]
+fn join<L: Lanes, const FLAGS: bool>(a: L::I, b: L::I) -> L::I {
+    if FLAGS { L::or_i(a, b) } else { L::max_i(a, b) }
 }
 
 #[cfg(test)]
@@ -323,7 +342,7 @@ mod tests {
         let values: Vec<u8> = (0..DIMS.iter().product::<usize>())
             .map(|i| {
                 let [x, y, z] = [i % 70, i / 70 % 41, i / 2870];
-                if (x / 9 + y / 7 + z / 11) % 3 == 0 { (x + y) as u8 } else { 0 }
+                if (x / 9 + y / 7 + z / 11) % 3 == 0 || x > 30 && y < 36 { (x + y) as u8 } else { 0 }
             })
             .collect();
         let bricks = Bricks::new(&Voxels::U8(values.into()), DIMS);
@@ -331,26 +350,29 @@ mod tests {
         (bricks, contents)
     }
 
-    /// The greatest class of the bricks of `cells` cells between two points, one by one; and the bricks along each axis.
+    /// The greatest class of the bricks of `cells` cells between two points, one by one; of coarse ones what they hold; and the bricks along
+    /// each axis.
     fn brute(bricks: &Bricks, lo: [f64; 3], hi: [f64; 3], cells: usize) -> (u8, [usize; 3]) {
         let brick = |v: f64, i: usize| (v.max(0.0) as usize / cells).min((DIMS[i] - 2) / cells);
         let (a, b): ([usize; 3], [usize; 3]) = (array::from_fn(|i| brick(lo[i], i)), array::from_fn(|i| brick(hi[i], i)));
         let fine = |i: usize, at: usize| at * cells / BRICK..((at + 1) * cells / BRICK).min(bricks.dims[i]);
-        let mut most = 0;
+        let (mut most, mut flags) = (0, 0);
         for z in fine(2, a[2]).start..fine(2, b[2]).end {
             for y in fine(1, a[1]).start..fine(1, b[1]).end {
                 for x in fine(0, a[0]).start..fine(0, b[0]).end {
-                    most = most.max(bricks.ranges[(z * bricks.dims[1] + y) * bricks.dims[0] + x].1 as u8);
+                    let class = bricks.ranges[(z * bricks.dims[1] + y) * bricks.dims[0] + x].1 as u8;
+                    most = most.max(class);
+                    flags |= if class > 0 { SHOWN } else { HIDDEN };
                 }
             }
         }
-        (most, array::from_fn(|i| b[i] - a[i] + 1))
+        (if cells == BRICK { most } else { flags }, array::from_fn(|i| b[i] - a[i] + 1))
     }
 
     #[test]
     fn windows_beside_each_other_cover_a_box_and_nothing_else() {
         let (bricks, contents) = contents();
-        let (mut exact, mut empty) = (0, 0);
+        let (mut exact, mut empty, mut full) = (0, 0, 0);
         for sides in [[[1, 1, 1], [1, 1, 1]], [[2, 2, 2], [1, 2, 1]], [[4, 3, 1], [2, 1, 2]], [[4, 3, 7], [3, 2, 2]]] {
             let sight = Sight::new(&contents, sides);
             assert_eq!(sight.sides(), sides);
@@ -360,18 +382,20 @@ mod tests {
                 for (windows, sides, cells) in [(&sight.fine, sides[0], BRICK), (&sight.coarse, sides[1], COARSE * BRICK)] {
                     let (want, count) = brute(&bricks, lo, hi, cells);
                     let got = windows.class(lo, hi);
-                    assert!(got >= want, "{lo:?} {hi:?} in windows of {sides:?}: {got}, not {want}");
+                    let enough = if cells == BRICK { got >= want } else { got & want == want };
+                    assert!(enough, "{lo:?} {hi:?} in windows of {sides:?}: {got}, not {want}");
                     if (0..3).all(|i| (sides[i]..=sides[i] + 1).contains(&count[i])) {
                         assert_eq!(got, want, "{lo:?} {hi:?} in windows of {sides:?}");
                         exact += 1;
-                        empty += usize::from(got == 0);
+                        empty += usize::from(if cells == BRICK { got == 0 } else { got == HIDDEN });
+                        full += usize::from(cells != BRICK && got == SHOWN);
                     } else if (0..3).any(|i| count[i] > sides[i] + 1) {
                         assert_eq!(got, u8::MAX);
                     }
                 }
             }
         }
-        assert!(exact > 1000 && empty > 50, "{exact} exact, {empty} empty");
+        assert!(exact > 1000 && empty > 50 && full > 50, "{exact} exact, {empty} empty, {full} full");
     }
 
     #[test]
@@ -381,20 +405,27 @@ mod tests {
         for case in 0..300 {
             let at: [f64; 8] = array::from_fn(|i| f64::from((case * (7 + i as i32)) % 60) * 0.83 - 3.0 + if i < 4 { 0.0 } else { 5.0 });
             let step: [f64; 8] = array::from_fn(|i| f64::from(case % 11 - 5) * 0.31 * (1.0 + 0.1 * (i % 4) as f64));
-            let look = Look::new(&sight.fine, at, step, 20);
-            let seen = |level: Level| {
+            let seen = |level: Level, windows: &Windows| {
+                let look = Look::new(windows, at, step, 20);
                 let mut classes = [0; LOOKS];
-                level.kernel::<LookAt, Look<'_>, Looked>()(&look, &mut classes);
+                if windows.holds_flags() {
+                    level.kernel::<LookAt<true>, Look<'_>, Looked>()(&look, &mut classes);
+                } else {
+                    level.kernel::<LookAt<false>, Look<'_>, Looked>()(&look, &mut classes);
+                }
                 classes
             };
-            let want = seen(Level::SCALAR);
+            let (want, coarse) = (seen(Level::SCALAR, &sight.fine), seen(Level::SCALAR, &sight.coarse));
             for level in Level::available() {
-                assert_eq!(seen(level), want, "{}", level.name());
+                assert_eq!(seen(level, &sight.fine), want, "{}", level.name());
+                assert_eq!(seen(level, &sight.coarse), coarse, "{}", level.name());
             }
             for (n, &class) in want[..20].iter().enumerate() {
                 let (lo, hi) = (array::from_fn(|i| at[i] + n as f64 * step[i]), array::from_fn(|i| at[4 + i] + n as f64 * step[4 + i]));
                 if (0..3).all(|i| lo[i] <= hi[i]) {
                     assert!(class >= brute(&bricks, lo, hi, BRICK).0, "run {n} of {at:?}");
+                    let flags = brute(&bricks, lo, hi, COARSE * BRICK).0;
+                    assert_eq!(coarse[n] & flags, flags, "run {n} of {at:?}");
                 }
             }
         }

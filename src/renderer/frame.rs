@@ -141,7 +141,7 @@ impl Renderer<'_> {
             order: needs.order,
             sight,
             runs,
-            look: self.level.kernel::<LookAt, _, _>(),
+            look: [self.level.kernel::<LookAt<false>, _, _>(), self.level.kernel::<LookAt<true>, _, _>()],
             span: stages.span,
             whole: stages.whole,
             partial: stages.partial,
