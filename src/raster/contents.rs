@@ -1,14 +1,16 @@
 //! What bricks hold: whether the transfer function shows anything of them, and how much colour and opacity change there.
 //!
 //! A frame asks of eight runs of slices at once what a block's rays can touch on them. Every brick stands for the greatest class of a
-//! window of bricks from it on. A window is as large as the smallest box such a run can touch, and a box is a brick larger at most along each
-//! axis, so the window at its first brick and the one beside that cover it.
+//! window of bricks from it on, and the two windows at the ends of a run's box cover it, as long as it is no more than twice as large.
 //!
 //! ```text
 //!   box of bricks   . . x x x x x . .
-//!   two windows         [first  ]          the second one counts where the box is a brick larger than the window
+//!   two windows         [first  ]
 //!                         [second ]
 //! ```
+//!
+//! Along parallel rays all boxes are of one size or a brick larger. There a window is as large as the smaller of them, so that the second one
+//! is the first one's neighbour, and both come in one load.
 
 use super::merge::{NINE, THREE};
 use crate::fragment::batch::SIDE;
@@ -113,7 +115,7 @@ impl Windows {
         let [dx, dy, _] = self.dims;
         let (first, last) = (first.map(|v| v as usize), last.map(|v| v as usize));
         let second: [usize; 3] = array::from_fn(|i| first[i].max((last[i] + 1).saturating_sub(self.sides[i])));
-        if (0..3).any(|i| second[i] > first[i] + 1) {
+        if (0..3).any(|i| second[i] > first[i] + self.sides[i]) {
             return u8::MAX;
         }
         let join = |a: u8, b: u8| if self.flags { a | b } else { a.max(b) };
@@ -243,8 +245,9 @@ impl Runs {
                 let steepest = [(0.0, 0.0), (w, 0.0), (0.0, h), (w, h)].iter().map(|&(x, y)| along(f, x, y)).fold(0.0, f64::max);
                 let cells = scale * (SIDE - 1) as f64 * (f.b.abs() + f.c.abs()) + planes * steepest;
                 // The fewest bricks that such a box and the slack around it touch, wherever they lie; one more is the most.
-                let least = ((cells + WIDER) / brick) as usize + 1;
-                least.min(stack.dims[i])
+                let least = (((cells + WIDER) / brick) as usize + 1).min(stack.dims[i]);
+                // Nearer boxes are smaller: windows that are not too large for them, nor too small for this one.
+                if stack.perspective { 1 << least.ilog2() } else { least }
             })
         });
         Self { slices, coarse, back, thick: merge && thin < THREE, sides }
@@ -264,11 +267,14 @@ pub(crate) struct Look<'w> {
     at: [f32; 8],
     step: [f32; 8],
     count: usize,
+    /// Whether the second window is the first one's neighbour along x at most.
+    beside: bool,
 }
 
 impl<'w> Look<'w> {
-    /// `count` boxes: `at` and `step` in cells.
-    pub(super) fn new(windows: &'w Windows, at: [f64; 8], step: [f64; 8], count: usize) -> Self {
+    /// `count` boxes: `at` and `step` in cells. `beside` tells that they are a brick larger than windows at most; others are looked at as if they
+    /// held anything.
+    pub(super) fn new(windows: &'w Windows, (at, step): ([f64; 8], [f64; 8]), count: usize, beside: bool) -> Self {
         let per_cell = 1.0 / windows.cells as f64;
         let slack = |i: usize| if i < 4 { -windows.slack } else { windows.slack };
         Self {
@@ -276,6 +282,7 @@ impl<'w> Look<'w> {
             at: array::from_fn(|i| (at[i] * per_cell + slack(i)) as f32),
             step: array::from_fn(|i| (step[i] * per_cell) as f32),
             count: count.min(LOOKS),
+            beside,
         }
     }
 }
@@ -289,37 +296,48 @@ pub(crate) struct LookAt<const FLAGS: bool>;
 impl<'w, const FLAGS: bool> Kernel<Look<'w>, Looked> for LookAt<FLAGS> {
     #[inline(always)]
     fn run<L: Lanes>(look: &Look<'w>, classes: &mut Looked) {
-        let windows = look.windows;
-        let [dx, dy, _] = windows.dims.map(|n| L::splat_i(n as i32));
-        let (one, sides) = (L::splat_i(1), windows.sides.map(|n| L::splat_i(n as i32)));
-        let numbers = L::load(&array::from_fn(|n| n as f32));
-        for (eight, classes) in classes.chunks_exact_mut(WIDTH).take(look.count.div_ceil(WIDTH)).enumerate() {
-            let n = L::add(L::splat((WIDTH * eight) as f32), numbers);
-            let brick = |i: usize| {
-                let x = L::add(L::splat(look.at[i]), L::mul(L::splat(look.step[i]), n));
-                L::trunc(L::min(L::max(x, L::splat(0.0)), L::splat(windows.top[i])))
-            };
-            let first: [L::I; 3] = array::from_fn(brick);
-            let last: [L::I; 3] = array::from_fn(|axis| brick(4 + axis));
-            let second: [L::I; 3] = array::from_fn(|i| L::max_i(first[i], L::sub_i(L::add_i(last[i], one), sides[i])));
-            // Bricks that neither window holds, if there are any.
-            let between = (0..3).map(|i| L::sub_i(L::sub_i(second[i], first[i]), one)).fold(L::splat_i(0), L::max_i);
-            let (mut near, mut beside) = (L::splat_i(0), L::splat_i(0));
-            for z in [first[2], second[2]] {
-                for y in [first[1], second[1]] {
-                    let row = L::mul_i(L::add_i(L::mul_i(z, dy), y), dx);
-                    let both = L::byte_pairs(&windows.classes, L::add_i(row, first[0]));
-                    near = join::<L, FLAGS>(near, L::and_i(both, L::splat_i(0xff)));
+        if look.beside { look_at::<L, FLAGS, true>(look, classes) } else { look_at::<L, FLAGS, false>(look, classes) }
+    }
+}
+
+#[inline(always)]
+fn look_at<L: Lanes, const FLAGS: bool, const BESIDE: bool>(look: &Look<'_>, classes: &mut Looked) {
+    let windows = look.windows;
+    let [dx, dy, _] = windows.dims.map(|n| L::splat_i(n as i32));
+    let (one, sides) = (L::splat_i(1), windows.sides.map(|n| L::splat_i(n as i32)));
+    let numbers = L::load(&array::from_fn(|n| n as f32));
+    let low = L::splat_i(0xff);
+    for (eight, classes) in classes.chunks_exact_mut(WIDTH).take(look.count.div_ceil(WIDTH)).enumerate() {
+        let n = L::add(L::splat((WIDTH * eight) as f32), numbers);
+        let brick = |i: usize| {
+            let x = L::add(L::splat(look.at[i]), L::mul(L::splat(look.step[i]), n));
+            L::trunc(L::min(L::max(x, L::splat(0.0)), L::splat(windows.top[i])))
+        };
+        let first: [L::I; 3] = array::from_fn(brick);
+        let last: [L::I; 3] = array::from_fn(|axis| brick(4 + axis));
+        let second: [L::I; 3] = array::from_fn(|i| L::max_i(first[i], L::sub_i(L::add_i(last[i], one), sides[i])));
+        // Bricks that neither window holds, if there are any.
+        let far = |i: usize, most: L::I| L::sub_i(L::sub_i(second[i], first[i]), most);
+        let between = L::max_i(far(0, if BESIDE { one } else { sides[0] }), L::max_i(far(1, sides[1]), far(2, sides[2])));
+        let (mut near, mut beside) = (L::splat_i(0), L::splat_i(0));
+        for z in [first[2], second[2]] {
+            for y in [first[1], second[1]] {
+                let row = L::mul_i(L::add_i(L::mul_i(z, dy), y), dx);
+                let both = L::byte_pairs(&windows.classes, L::add_i(row, first[0]));
+                near = join::<L, FLAGS>(near, L::and_i(both, low));
+                if BESIDE {
                     beside = join::<L, FLAGS>(beside, L::sar::<8>(both));
+                } else {
+                    near = join::<L, FLAGS>(near, L::and_i(L::byte_pairs(&windows.classes, L::add_i(row, second[0])), low));
                 }
             }
-            let class = L::select_i(L::gt_i(second[0], first[0]), join::<L, FLAGS>(near, beside), near);
-            let class = L::select_i(L::gt_i(between, L::splat_i(0)), L::splat_i(i32::from(u8::MAX)), class);
-            let mut found = [0; WIDTH];
-            L::store_i(class, &mut found);
-            for (to, found) in classes.iter_mut().zip(found) {
-                *to = found as u8;
-            }
+        }
+        let class = if BESIDE { L::select_i(L::gt_i(second[0], first[0]), join::<L, FLAGS>(near, beside), near) } else { near };
+        let class = L::select_i(L::gt_i(between, L::splat_i(0)), L::splat_i(i32::from(u8::MAX)), class);
+        let mut found = [0; WIDTH];
+        L::store_i(class, &mut found);
+        for (to, found) in classes.iter_mut().zip(found) {
+            *to = found as u8;
         }
     }
 }
@@ -370,7 +388,7 @@ mod tests {
     }
 
     #[test]
-    fn windows_beside_each_other_cover_a_box_and_nothing_else() {
+    fn two_windows_along_each_axis_cover_a_box_and_nothing_else() {
         let (bricks, contents) = contents();
         let (mut exact, mut empty, mut full) = (0, 0, 0);
         for sides in [[[1, 1, 1], [1, 1, 1]], [[2, 2, 2], [1, 2, 1]], [[4, 3, 1], [2, 1, 2]], [[4, 3, 7], [3, 2, 2]]] {
@@ -384,12 +402,12 @@ mod tests {
                     let got = windows.class(lo, hi);
                     let enough = if cells == BRICK { got >= want } else { got & want == want };
                     assert!(enough, "{lo:?} {hi:?} in windows of {sides:?}: {got}, not {want}");
-                    if (0..3).all(|i| (sides[i]..=sides[i] + 1).contains(&count[i])) {
+                    if (0..3).all(|i| (sides[i]..=2 * sides[i]).contains(&count[i])) {
                         assert_eq!(got, want, "{lo:?} {hi:?} in windows of {sides:?}");
                         exact += 1;
                         empty += usize::from(if cells == BRICK { got == 0 } else { got == HIDDEN });
                         full += usize::from(cells != BRICK && got == SHOWN);
-                    } else if (0..3).any(|i| count[i] > sides[i] + 1) {
+                    } else if (0..3).any(|i| count[i] > 2 * sides[i]) {
                         assert_eq!(got, u8::MAX);
                     }
                 }
@@ -406,7 +424,7 @@ mod tests {
             let at: [f64; 8] = array::from_fn(|i| f64::from((case * (7 + i as i32)) % 60) * 0.83 - 3.0 + if i < 4 { 0.0 } else { 5.0 });
             let step: [f64; 8] = array::from_fn(|i| f64::from(case % 11 - 5) * 0.31 * (1.0 + 0.1 * (i % 4) as f64));
             let seen = |level: Level, windows: &Windows| {
-                let look = Look::new(windows, at, step, 20);
+                let look = Look::new(windows, (at, step), 20, case % 2 == 0);
                 let mut classes = [0; LOOKS];
                 if windows.holds_flags() {
                     level.kernel::<LookAt<true>, Look<'_>, Looked>()(&look, &mut classes);

@@ -77,7 +77,7 @@ impl Placing {
                 steps[4 * end + axis] = step * slope;
             }
         }
-        Look::new(windows, at, steps, count)
+        Look::new(windows, (at, steps), count, !self.perspective)
     }
 
     /// Sets what is the same at all depths.
