@@ -192,6 +192,8 @@ fn wrong_usage_ends_with_2() {
         (&["render", "--simd", "mmx"], "--simd mmx: this machine has auto, scalar"),
         (&["render", "-o", "-", "--stats", "-"], "cannot both go to stdout"),
         (&["render", "--count", "0"], "--slices.count 0: must lie between"),
+        (&["render", "--count", "5", "--slices.count", "6"], "--count and --slices.count say the same thing"),
+        (&["render", "--size", "8x8", "--image.height", "9"], "--size and --image.height say the same thing"),
         (&["render", "--camera.zoom", "x"], "--camera.zoom: cannot read \"x\""),
         (&["render", "--fog.mode", "smog"], "invalid value 'smog'"),
         (&["render", "--preset", "bone"], "unknown \"bone\"; the nearest known one is"),

@@ -146,17 +146,26 @@ pub(super) fn level(name: &str) -> Result<Option<Level>> {
     }
 }
 
-/// Short flags, as the keys they stand for; the long flag wins where both are given.
+/// Short flags, as the keys they stand for.
 fn shorthands(args: &SceneArgs, overrides: &mut Overrides) -> Result<()> {
     let direct = [
-        ("transfer.preset", &args.preset),
-        ("slices.count", &args.count),
-        ("camera.azimuth", &args.azimuth),
-        ("camera.elevation", &args.elevation),
-        ("camera.zoom", &args.zoom),
+        ("preset", "transfer.preset", &args.preset),
+        ("count", "slices.count", &args.count),
+        ("azimuth", "camera.azimuth", &args.azimuth),
+        ("elevation", "camera.elevation", &args.elevation),
+        ("zoom", "camera.zoom", &args.zoom),
     ];
-    for (path, value) in direct {
-        if let Some(value) = value.as_ref().filter(|_| !args.flags.has(path)) {
+    let others = [
+        ("size", "image.width", &args.size),
+        ("size", "image.height", &args.size),
+        ("background", "image.background", &args.background),
+    ];
+    // Whichever won, half of the readers would expect the other.
+    if let Some((short, path, _)) = direct.iter().chain(&others).find(|(_, path, value)| value.is_some() && args.flags.has(path)) {
+        bail!(Usage(format!("--{short} and --{path} say the same thing: leave one of them out")));
+    }
+    for (_, path, value) in direct {
+        if let Some(value) = value {
             overrides.set(path, value);
         }
     }
