@@ -155,11 +155,8 @@ fn shorthands(args: &SceneArgs, overrides: &mut Overrides) -> Result<()> {
         ("elevation", "camera.elevation", &args.elevation),
         ("zoom", "camera.zoom", &args.zoom),
     ];
-    let others = [
-        ("size", "image.width", &args.size),
-        ("size", "image.height", &args.size),
-        ("background", "image.background", &args.background),
-    ];
+    let others =
+        [("size", "image.width", &args.size), ("size", "image.height", &args.size), ("background", "image.background", &args.background)];
     // Whichever won, half of the readers would expect the other.
     if let Some((short, path, _)) = direct.iter().chain(&others).find(|(_, path, value)| value.is_some() && args.flags.has(path)) {
         bail!(Usage(format!("--{short} and --{path} say the same thing: leave one of them out")));
