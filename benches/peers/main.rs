@@ -70,7 +70,7 @@ struct Args {
     #[arg(long, value_name = "NAME")]
     only: Option<String>,
     /// Frames of each contestant, after one to warm up.
-    #[arg(long, default_value_t = 11, value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, default_value_t = 31, value_parser = clap::value_parser!(u16).range(1..))]
     rounds: u16,
     /// Where to write all numbers.
     #[arg(long, value_name = "FILE")]
