@@ -102,16 +102,18 @@ fn a_tolerance_out_of_reach_ends_and_says_so() {
 }
 
 #[test]
-fn where_pixels_jump_the_estimate_is_said_to_be_no_bound() {
+fn where_the_estimate_is_no_bound_it_is_said() {
     let volume = Phantom::Cloud.volume(16).unwrap();
-    let scene = scene(Phantom::Cloud, 0.02).with_size(24, 16).unwrap();
-    let warned = |blend: Blend| {
-        let scene = scene.clone().with_blend(blend).unwrap();
+    let scene = scene(Phantom::Cloud, 0.02);
+    let warned = |blend: Blend, side: u32| {
+        let scene = scene.clone().with_size(side, side).unwrap().with_blend(blend).unwrap();
         let (_, stats) = Renderer::new(&volume, Settings::default()).render(&scene).unwrap();
         stats.warnings.iter().any(|w| w.contains("several times the one estimated"))
     };
-    assert!(warned(Blend::Iso { level: 0.3 }) && warned(Blend::Lmip { threshold: 0.3 }));
-    assert!(!warned(Blend::Over) && !warned(Blend::Mip));
+    assert!(warned(Blend::Iso { level: 0.3 }, 64) && warned(Blend::Lmip { threshold: 0.3 }, 64) && warned(Blend::Add, 64));
+    assert!(!warned(Blend::Over, 64) && !warned(Blend::Mip, 64));
+    // Few blocks tell little.
+    assert!(warned(Blend::Over, 48) && !warned(Blend::Over, 56));
 }
 
 #[test]

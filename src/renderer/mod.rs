@@ -136,11 +136,8 @@ impl<'v> Renderer<'v> {
         let (mut done, mut estimate) = match scene.slicing() {
             Slicing::Tolerance(tolerance) => {
                 let (done, error) = self.reach(&mut shot, tolerance, &mut pixels)?;
-                if let Some(name) = jumps(scene.blend()) {
-                    warnings.push(format!(
-                        "tolerance {tolerance}: with the blend {name} a pixel jumps from one surface to another, and the error may be \
-                         several times the one estimated"
-                    ));
+                if let Some(why) = doubt(scene.blend(), (width.div_ceil(8) * height.div_ceil(8)).into()) {
+                    warnings.push(format!("tolerance {tolerance}: {why}, and the error may be several times the one estimated"));
                 }
                 if error > tolerance {
                     warnings.push(format!(
@@ -162,7 +159,7 @@ impl<'v> Renderer<'v> {
         } else if done.counters.fragments + done.counters.corners == 0 {
             warnings.push("no ray through a pixel meets what camera and clip planes leave of the box: the picture is empty".to_owned());
         } else if let Some(&first) = pixels.first() {
-            if warnings.is_empty() && pixels.iter().all(|&p| p == first) && done.counters.fragments > 0 && pixels.len() > 1 {
+            if pixels.iter().all(|&p| p == first) && done.counters.fragments > 0 && pixels.len() > 1 {
                 warnings.push("the picture is of one colour: nothing of the volume shows in it".to_owned());
             }
         }
@@ -189,12 +186,18 @@ impl<'v> Renderer<'v> {
     }
 }
 
-/// The name of a blend whose pixels jump when slices move: few of them, and far, so that a sample tells little of the error.
-fn jumps(blend: Blend) -> Option<&'static str> {
+/// Fewest blocks of a picture whose error can be told from their differences.
+const TELLING: u64 = 48;
+
+/// Why an error asked for may be missed, in a picture of so many blocks.
+fn doubt(blend: Blend, blocks: u64) -> Option<String> {
     match blend {
-        Blend::Iso { .. } => Some("iso"),
-        Blend::Lmip { .. } => Some("lmip"),
-        Blend::Over | Blend::Add | Blend::Mip | Blend::Min | Blend::Average => None,
+        Blend::Iso { .. } => Some("with the blend iso a pixel jumps from one surface to another".into()),
+        Blend::Lmip { .. } => Some("with the blend lmip a pixel jumps from one surface to another".into()),
+        // Up to three times the estimate has been seen.
+        Blend::Add => Some("with the blend add no slice hides another's error".into()),
+        _ if blocks < TELLING => Some(format!("{blocks} blocks of 8 x 8 pixels are few to tell an error from")),
+        Blend::Over | Blend::Mip | Blend::Min | Blend::Average => None,
     }
 }
 
