@@ -135,7 +135,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
     if let Some(error) = stats.error_estimate.filter(|_| args.estimate) {
         eprintln!("estimated RMS error of the colours: {error:.2e} in {}", stats::counted(stats.slices, "slice"));
     }
-    if args.repeat > 1 && stats_sink.is_none() {
+    if args.repeat > 1 {
         eprintln!(
             "shortest of {}: {:.3} ms a picture, {:.3} ms of preparation before the first",
             args.repeat,
