@@ -63,7 +63,7 @@ impl Resolve<'_> {
             }
             color
         };
-        // Most rows are whole: a loop of known length.
+        // Most rows are whole: a loop of known length, from a place that is a row's beginning for the compiler to see.
         if let Ok(out) = <&mut [[f32; 4]; SIDE]>::try_from(&mut *out) {
             let at = i / SIDE * SIDE;
             for (n, out) in out.iter_mut().enumerate() {

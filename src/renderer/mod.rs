@@ -7,6 +7,7 @@ mod opengl;
 pub(crate) mod refine;
 mod survey;
 
+use crate::fragment::batch::SIDE;
 use crate::lanes::Level;
 use crate::opengl::{Texture, TextureKey};
 use crate::plan::Scaling;
@@ -136,7 +137,7 @@ impl<'v> Renderer<'v> {
         let (mut done, mut estimate) = match scene.slicing() {
             Slicing::Tolerance(tolerance) => {
                 let (done, error) = self.reach(&mut shot, tolerance, &mut pixels)?;
-                if let Some(why) = doubt(scene.blend(), (width.div_ceil(8) * height.div_ceil(8)).into()) {
+                if let Some(why) = doubt(scene.blend(), (width.div_ceil(SIDE as u32) * height.div_ceil(SIDE as u32)).into()) {
                     warnings.push(format!("tolerance {tolerance}: {why}, and the error may be several times the one estimated"));
                 }
                 if error > tolerance {
@@ -196,7 +197,7 @@ fn doubt(blend: Blend, blocks: u64) -> Option<String> {
         Blend::Lmip { .. } => Some("with the blend lmip a pixel jumps from one surface to another".into()),
         // Up to three times the estimate has been seen.
         Blend::Add => Some("with the blend add no slice hides another's error".into()),
-        _ if blocks < TELLING => Some(format!("{blocks} blocks of 8 x 8 pixels are few to tell an error from")),
+        _ if blocks < TELLING => Some(format!("{blocks} blocks of {SIDE} x {SIDE} pixels are few to tell an error from")),
         Blend::Over | Blend::Mip | Blend::Min | Blend::Average => None,
     }
 }
