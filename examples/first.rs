@@ -4,7 +4,7 @@
 //! cargo run --release --example first -- first.png
 //! ```
 
-use slicestack::target::Depth;
+use slicestack::picture::Depth;
 use slicestack::volume::phantom::Phantom;
 use slicestack::{Result, Scene};
 use std::path::{Path, PathBuf};

@@ -4,8 +4,8 @@
 //! cargo run --release --example fog -- FOLDER      # fog-none.png, fog-linear.png, fog-exp.png, fog-exp2.png
 //! ```
 
+use slicestack::picture::Depth;
 use slicestack::scene::{Camera, Fog, FogMode, Placement, Projection, Straight};
-use slicestack::target::Depth;
 use slicestack::volume::phantom::Phantom;
 use slicestack::{Renderer, Result, Scene, Settings};
 use std::path::{Path, PathBuf};

@@ -6,8 +6,8 @@
 //! cargo run --release --example large_volume -- write cube.nrrd 512 512 512 f32
 //! ```
 
+use slicestack::picture::Depth;
 use slicestack::scene::{Camera, Placement, Preset, Projection, Slicing};
-use slicestack::target::Depth;
 use slicestack::volume::VoxelType;
 use slicestack::{Error, Renderer, Result, Scene, Settings, Volume};
 use std::fs::File;

@@ -4,9 +4,9 @@
 //! cargo run --release --example lesson_1_polygons -- polygons.png
 //! ```
 
+use slicestack::picture::Depth;
 use slicestack::proxy::Stack;
 use slicestack::scene::{Camera, Placement, Projection};
-use slicestack::target::Depth;
 use slicestack::volume::Grid;
 use slicestack::{Error, Picture, Result};
 use std::path::{Path, PathBuf};

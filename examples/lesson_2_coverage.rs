@@ -4,9 +4,9 @@
 //! cargo run --release --example lesson_2_coverage -- coverage.png
 //! ```
 
+use slicestack::picture::Depth;
 use slicestack::proxy::{SlicePolygon, Stack};
 use slicestack::scene::{Camera, ClipPlane, Placement, Projection};
-use slicestack::target::Depth;
 use slicestack::volume::Grid;
 use slicestack::{Error, Picture, Result};
 use std::path::{Path, PathBuf};

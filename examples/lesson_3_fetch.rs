@@ -5,7 +5,7 @@
 //! ```
 
 use glam::DVec3;
-use slicestack::target::Depth;
+use slicestack::picture::Depth;
 use slicestack::volume::phantom::Phantom;
 use slicestack::{Picture, Result};
 use std::path::{Path, PathBuf};

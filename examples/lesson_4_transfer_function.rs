@@ -4,8 +4,8 @@
 //! cargo run --release --example lesson_4_transfer_function -- opacity.png
 //! ```
 
+use slicestack::picture::Depth;
 use slicestack::scene::TransferFunction;
-use slicestack::target::Depth;
 use slicestack::{Picture, Result};
 use std::path::{Path, PathBuf};
 

@@ -4,8 +4,8 @@
 //! cargo run --release --example lesson_5_over -- over.png
 //! ```
 
+use slicestack::picture::Depth;
 use slicestack::scene::{Premultiplied, Straight};
-use slicestack::target::Depth;
 use slicestack::{Picture, Result};
 use std::path::{Path, PathBuf};
 

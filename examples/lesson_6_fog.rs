@@ -4,8 +4,8 @@
 //! cargo run --release --example lesson_6_fog -- fog.png
 //! ```
 
+use slicestack::picture::Depth;
 use slicestack::scene::{Camera, Fog, FogMode, FogWeighting, Slicing, Straight};
-use slicestack::target::Depth;
 use slicestack::volume::phantom::Phantom;
 use slicestack::{Picture, Renderer, Result, Scene, Settings};
 use std::path::{Path, PathBuf};

@@ -4,8 +4,8 @@
 //! cargo run --release --example scene_file -- scene.png [SCENE.toml]
 //! ```
 
+use slicestack::picture::Depth;
 use slicestack::scene::{Overrides, SceneFile};
-use slicestack::target::Depth;
 use slicestack::{LeftOut, Renderer, Result, Settings};
 use std::path::{Path, PathBuf};
 

@@ -4,8 +4,8 @@
 //! cargo run --release --example transfer_function -- shells.png [VOLUME]
 //! ```
 
+use slicestack::picture::Depth;
 use slicestack::scene::{ColorMap, Straight, TransferFunction};
-use slicestack::target::Depth;
 use slicestack::volume::phantom::Phantom;
 use slicestack::{Result, Scene, Volume};
 use std::path::{Path, PathBuf};

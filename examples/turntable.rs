@@ -4,8 +4,8 @@
 //! cargo run --release --example turntable -- FOLDER 36      # frame-000.png to frame-035.png
 //! ```
 
+use slicestack::picture::Depth;
 use slicestack::scene::{Camera, Placement, Projection};
-use slicestack::target::Depth;
 use slicestack::volume::phantom::Phantom;
 use slicestack::{Renderer, Result, Scene, Settings};
 use std::path::{Path, PathBuf};

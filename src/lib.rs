@@ -49,7 +49,7 @@
 //! | make one picture, or many of one volume | [`render`], [`Renderer`] |
 //! | bound memory, count threads, hear of progress | [`Settings`] |
 //! | see how a picture comes about, step by step | [`explain`](mod@explain) |
-//! | write a picture | [`Picture::save`](target::Picture::save), [`target::Format`] |
+//! | write a picture | [`Picture::save`](picture::Picture::save), [`picture::Format`] |
 //! | know the truth without slices | [`reference`](mod@reference) |
 //! | know what error costs, and what holds in extreme cases | [`study`] |
 //!
@@ -76,6 +76,7 @@ mod fragment;
 pub mod lanes;
 mod lean;
 mod opengl;
+pub mod picture;
 mod plan;
 pub mod proxy;
 mod raster;
@@ -86,15 +87,14 @@ mod settings;
 #[cfg(feature = "study")]
 pub mod study;
 mod tally;
-pub mod target;
 pub mod volume;
 
 pub use error::{Error, Result};
+pub use picture::Picture;
+#[cfg(feature = "encoders")]
+pub use picture::{Depth, Format};
 pub use renderer::{RenderStats, Renderer, render};
 pub use scene::Scene;
 pub use settings::{Limits, Progress, Settings};
 pub use tally::{LeftOut, Saved, Tally};
-pub use target::Picture;
-#[cfg(feature = "encoders")]
-pub use target::{Depth, Format};
 pub use volume::Volume;

@@ -6,8 +6,8 @@
 #![cfg(feature = "cli")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
+use slicestack::picture::Depth;
 use slicestack::scene::{Overrides, SceneFile};
-use slicestack::target::Depth;
 use slicestack::volume::phantom::Phantom;
 use slicestack::volume::{Origin, VolumeSource};
 use slicestack::{Limits, render};
@@ -153,7 +153,7 @@ fn every_scene_file_makes_a_picture() {
         let picture = render(&volume, &scene).unwrap();
         let share = drawn(&picture.to_rgba8());
         assert!(share > 0.1, "{name}: only {share} of the picture shows anything");
-        assert!(picture.encode(slicestack::target::Format::Png, Depth::Eight).unwrap().len() > 1000, "{name}");
+        assert!(picture.encode(slicestack::picture::Format::Png, Depth::Eight).unwrap().len() > 1000, "{name}");
     }
 }
 

@@ -8,7 +8,7 @@
 mod scenes;
 
 use slicestack::lanes::Level;
-use slicestack::target::{Depth, Format};
+use slicestack::picture::{Depth, Format};
 use slicestack::{Picture, Renderer, Settings};
 use std::collections::BTreeMap;
 use std::fmt::Write;

@@ -7,7 +7,7 @@ use super::{Usage, complain};
 use anyhow::{Context, Result, bail};
 use slicestack::Settings;
 use slicestack::explain::{Request, build_up, explain};
-use slicestack::target::{Depth, Format};
+use slicestack::picture::{Depth, Format};
 use std::fs;
 use std::io::{IsTerminal, stderr};
 use std::ops::Range;

@@ -2,7 +2,7 @@
 
 use super::Usage;
 use anyhow::{Context, Result, bail};
-use slicestack::target::{Depth, Format, write_whole};
+use slicestack::picture::{Depth, Format, write_whole};
 use std::fs::File;
 use std::io::{ErrorKind, Read, Write, stdout};
 use std::path::{Path, PathBuf};

@@ -6,7 +6,7 @@ use super::scene::{SceneArgs, level};
 use super::stats::{self, Clock};
 use super::{Usage, complain};
 use anyhow::{Result, bail};
-use slicestack::target::Format;
+use slicestack::picture::Format;
 use slicestack::{Renderer, Settings};
 use std::io::{IsTerminal, stderr};
 use std::path::{Path, PathBuf};

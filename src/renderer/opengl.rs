@@ -3,10 +3,10 @@
 use super::frame::{Clock, background};
 use super::{RenderStats, Renderer, canvas, slice_count, tile_side};
 use crate::opengl;
+use crate::picture::Picture;
 use crate::proxy::Stack;
 use crate::scene::{Classification, Equation, Factor, FogWeighting, OpenGl, Scene, Slicing, TableColors};
 use crate::tally::Tally;
-use crate::target::Picture;
 use crate::{Error, Result};
 
 impl Renderer<'_> {

@@ -2,8 +2,8 @@
 
 #[cfg(feature = "encoders")]
 mod encode;
-mod picture;
+mod pixels;
 
 #[cfg(feature = "encoders")]
 pub use encode::{Depth, Format, write_whole};
-pub use picture::Picture;
+pub use pixels::Picture;
