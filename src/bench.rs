@@ -1,7 +1,7 @@
 //! The stages of a frame one by one, for benches and for looking at their machine code. No part of the library's interface.
 
 use crate::fragment::{BEHIND, Batch, Frame, Stage};
-use crate::raster::Watch;
+use crate::raster::Observer;
 use crate::renderer::Parts;
 use crate::{Error, Renderer, Result, Scene};
 use std::collections::BTreeMap;
@@ -66,7 +66,7 @@ impl std::fmt::Debug for StageRun<'_> {
 /// # Errors
 /// As [`Renderer::render`]; [`Error::Invalid`] for a scene whose slices are not counted.
 pub fn stages<'r>(renderer: &'r mut Renderer<'_>, scene: &Scene) -> Result<Vec<StageRun<'r>>> {
-    let (_, _, mut seen) = renderer.render_watched(scene, Recorder::default())?;
+    let (_, _, mut seen) = renderer.render_observed(scene, Recorder::default())?;
     let Parts { frame, stages, .. } = parts(renderer, scene)?;
     let frame = Rc::new(frame);
     let mut list: Vec<StageRun<'r>> = Vec::new();
@@ -114,7 +114,7 @@ struct Recorder {
     inputs: BTreeMap<&'static str, Vec<Box<Batch>>>,
 }
 
-impl Watch for Recorder {
+impl Observer for Recorder {
     fn fresh(&self) -> Self {
         Self::default()
     }

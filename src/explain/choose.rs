@@ -1,7 +1,7 @@
 //! Which pixels and which slices to record.
 
 use super::MAX_SLICES;
-use super::survey::{Survey, Worth};
+use super::activity::{Activity, Worth};
 use crate::proxy::Stack;
 use crate::{Error, Result};
 use std::collections::BTreeMap;
@@ -11,10 +11,10 @@ use std::ops::Range;
 const BUDGET: f64 = 9000.0;
 
 /// The pixel that most slices change; of several, the first.
-pub(super) fn busiest(survey: &Survey) -> Option<(u32, u32)> {
+pub(super) fn busiest(activity: &Activity) -> Option<(u32, u32)> {
     let mut best: Option<((u32, u32), u32)> = None;
-    for (x, y) in survey.blocks().flat_map(lanes) {
-        if let Some(worth) = survey.at(x, y) {
+    for (x, y) in activity.blocks().flat_map(lanes) {
+        if let Some(worth) = activity.at(x, y) {
             if best.is_none_or(|b| worth.events > b.1) {
                 best = Some(((x, y), worth.events));
             }
@@ -29,8 +29,8 @@ fn lanes((x, y): (u32, u32)) -> impl Iterator<Item = (u32, u32)> {
 }
 
 /// Pixels all over what the slices cover, where most happens; as many as the budget lets when a `share` of all slices is recorded.
-pub(super) fn choose(survey: &Survey, (width, height): (u32, u32), share: f64) -> Vec<(u32, u32)> {
-    let covered = || survey.blocks().flat_map(lanes).filter(|&(x, y)| x < width && y < height && survey.at(x, y).is_some());
+pub(super) fn choose(activity: &Activity, (width, height): (u32, u32), share: f64) -> Vec<(u32, u32)> {
+    let covered = || activity.blocks().flat_map(lanes).filter(|&(x, y)| x < width && y < height && activity.at(x, y).is_some());
     let (mut low, mut high) = ((u32::MAX, u32::MAX), (0, 0));
     for (x, y) in covered() {
         low = (low.0.min(x), low.1.min(y));
@@ -43,7 +43,7 @@ pub(super) fn choose(survey: &Survey, (width, height): (u32, u32), share: f64) -
         let cell = |v: u32, low: u32, high: u32| (v - low) * side / (high - low + 1);
         let mut best: BTreeMap<(u32, u32), ((u32, u32), Worth)> = BTreeMap::new();
         for p in covered() {
-            let Some(worth) = survey.at(p.0, p.1) else { continue };
+            let Some(worth) = activity.at(p.0, p.1) else { continue };
             let kept = best.entry((cell(p.1, low.1, high.1), cell(p.0, low.0, high.0))).or_insert((p, worth));
             if worth.events > kept.1.events {
                 *kept = (p, worth);

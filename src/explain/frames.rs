@@ -1,7 +1,7 @@
 //! The picture building up, slab by slab.
 
 use super::{order, plain, steady};
-use crate::raster::Watch;
+use crate::raster::Observer;
 use crate::scene::{Order, Scene};
 use crate::{Error, Picture, Renderer, Result, Settings, Volume};
 use std::ops::Range;
@@ -11,7 +11,7 @@ struct Upto {
     slices: Range<i64>,
 }
 
-impl Watch for Upto {
+impl Observer for Upto {
     fn fresh(&self) -> Self {
         Self { slices: self.slices.clone() }
     }
@@ -57,7 +57,7 @@ pub fn build_up(
     for i in 1..=n {
         let done = (count * i / n) as i64;
         let slices = if back { count as i64 - done..count as i64 } else { 0..done };
-        let frame = renderer.render_watched(scene, Upto { slices })?.0;
+        let frame = renderer.render_observed(scene, Upto { slices })?.0;
         each(i as u32 - 1, &frame)?;
         if i == n {
             writer.set_frame_delay(2, 1).map_err(refused)?;

@@ -1,6 +1,6 @@
 //! See it work: a scene's way through the pipeline, recorded between its stages, and a page that leads through it.
 //!
-//! Nothing here computes a picture: an onlooker copies what the stages leave in their batches, for chosen pixels, on every slice.
+//! Nothing here computes a picture: an observer copies what the stages leave in their batches, for chosen pixels, on every slice.
 //! What the page compares with (the other order, the other fog) is the same pipeline run on another scene.
 //!
 //! ```
@@ -18,6 +18,7 @@
 //! # }
 //! ```
 
+mod activity;
 mod choose;
 mod frames;
 mod geometry;
@@ -26,7 +27,6 @@ mod page;
 mod record;
 mod recorder;
 mod scenery;
-mod survey;
 
 pub use frames::build_up;
 
@@ -34,6 +34,7 @@ use crate::proxy::Stack;
 use crate::renderer::{refine, start_values};
 use crate::scene::{Blend, Method, Order, Scene, Slicing};
 use crate::{Error, Picture, RenderStats, Renderer, Result, Settings, Volume};
+use activity::Activity;
 use choose::{busiest, choose, shown, through};
 use geometry::{Side, StackRecord};
 use others::{example_fog, fogged_pictures, others};
@@ -44,7 +45,6 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
-use survey::Survey;
 
 /// Most slices of one page.
 pub const MAX_SLICES: u64 = 1024;
@@ -144,7 +144,7 @@ pub fn explain(volume: &Volume, scene: &Scene, settings: &Settings, request: &Re
             height - 1
         )));
     }
-    let Steady { scene, picture, stats, survey, pixel, mut notes } = steady(&mut renderer, scene, request.pixel)?;
+    let Steady { scene, picture, stats, activity, pixel, mut notes } = steady(&mut renderer, scene, request.pixel)?;
     let view = scene.camera().resolve(volume.grid(), width, height)?;
     let stack = Stack::new(volume.grid(), &view, scene.clip_planes(), stats.slices);
     if stack.is_empty() {
@@ -156,14 +156,14 @@ pub fn explain(volume: &Volume, scene: &Scene, settings: &Settings, request: &Re
     if through(&stack, pixel).is_none() {
         return Err(Error::invalid(format!("pixel {},{}: its ray passes the box by", pixel.0, pixel.1)));
     }
-    let slices = shown(request.slices.clone(), stack.count, survey.at(pixel.0, pixel.1), &mut notes)?;
+    let slices = shown(request.slices.clone(), stack.count, activity.at(pixel.0, pixel.1), &mut notes)?;
     let mut pixels = vec![pixel];
     pixels.extend(
-        choose(&survey, (width, height), (slices.end - slices.start) as f64 / stack.count as f64).into_iter().filter(|&p| p != pixel),
+        choose(&activity, (width, height), (slices.end - slices.start) as f64 / stack.count as f64).into_iter().filter(|&p| p != pixel),
     );
 
     let wanted = Arc::new(Wanted::new(&pixels, slices.clone(), stack.count));
-    let mut record = |scene: &Scene| Ok(renderer.render_watched(scene, Recorder::new(Arc::clone(&wanted)))?.2);
+    let mut record = |scene: &Scene| Ok(renderer.render_observed(scene, Recorder::new(Arc::clone(&wanted)))?.2);
     let seen: Recorder = record(&scene)?;
     let context = Context { volume, scene: &scene, to_f32: seen.to_f32 };
     let side = Side::new(volume.grid(), &view)?;
@@ -228,7 +228,7 @@ struct Steady {
     scene: Scene,
     picture: Picture,
     stats: RenderStats,
-    survey: Survey,
+    activity: Activity,
     /// The pixel asked for, or one at which much happens.
     pixel: Option<(u32, u32)>,
     notes: Vec<String>,
@@ -250,10 +250,10 @@ fn steady(renderer: &mut Renderer<'_>, scene: &Scene, pixel: Option<(u32, u32)>)
         scene = scene.clone().with_method(Method { merge: false, ..scene.method() })?;
         notes.push("The scene lets several slabs be one where hardly anything changes; this page follows every slice.".to_owned());
     }
-    let (mut picture, mut stats, mut survey) = renderer.render_watched(&scene, Survey::new(scene.blend()))?;
-    let pixel = pixel.or_else(|| busiest(&survey));
+    let (mut picture, mut stats, mut activity) = renderer.render_observed(&scene, Activity::new(scene.blend()))?;
+    let pixel = pixel.or_else(|| busiest(&activity));
     if let Slicing::Tolerance(asked) = scene.slicing() {
-        let count = pixel.and_then(|(x, y)| survey.at(x, y)).map_or(stats.slices, |w| w.slices).max(1);
+        let count = pixel.and_then(|(x, y)| activity.at(x, y)).map_or(stats.slices, |w| w.slices).max(1);
         notes.push(format!(
             "The scene asks for an error of {asked}, so each block of pixels takes slices of its own; this page gives the {count} slices \
              of the chosen pixel's block to all of them."
@@ -264,9 +264,9 @@ fn steady(renderer: &mut Renderer<'_>, scene: &Scene, pixel: Option<(u32, u32)>)
             .with_method(Method { merge: false, ..stats.method })?
             .with_slices(Slicing::Count(count))?
             .with_terminate(refine::terminate(scene.terminate(), asked))?;
-        (picture, stats, survey) = renderer.render_watched(&scene, Survey::new(scene.blend()))?;
+        (picture, stats, activity) = renderer.render_observed(&scene, Activity::new(scene.blend()))?;
     }
-    Ok(Steady { scene, picture, stats, survey, pixel, notes })
+    Ok(Steady { scene, picture, stats, activity, pixel, notes })
 }
 
 /// The order that slices are blended in.

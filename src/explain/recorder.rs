@@ -1,10 +1,10 @@
-//! The recorder: an onlooker that copies down what every stage did to chosen pixels.
+//! The recorder: an observer that copies down what every stage did to chosen pixels.
 
 use crate::fragment::batch::{BATCH, SIDE};
 use crate::fragment::{Batch, Frame};
 use crate::lanes::ToF32;
 use crate::proxy::Stack;
-use crate::raster::Watch;
+use crate::raster::Observer;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
@@ -183,7 +183,7 @@ impl Recorder {
     }
 }
 
-impl Watch for Recorder {
+impl Observer for Recorder {
     fn fresh(&self) -> Self {
         Self::new(Arc::clone(&self.wanted))
     }

@@ -1,7 +1,7 @@
 //! The batch: 64 fragments as a structure of arrays that lives in the first-level cache.
 
 pub(crate) use crate::lanes::for_rows;
-use crate::lanes::{CellLoad, Corners, LookupTable, Pairs, ToF32};
+use crate::lanes::{CellLoad, CornerPairs, Corners, LookupTable, ToF32};
 use crate::raster::Spans;
 use crate::scene::FogMode;
 use crate::volume::Voxels;
@@ -50,9 +50,9 @@ pub(crate) struct Frame<'v> {
     /// Transmittance below which a pixel takes no more.
     pub(crate) terminate: f32,
     /// Table position below which nothing shows: rows all below it are not looked up. 0 where every fragment counts.
-    pub(crate) clear: f32,
+    pub(crate) first_visible: f32,
     /// Stored integer up to which nothing shows, where packed lookups may leave rows out that have nothing above it around them.
-    pub(crate) dark: Option<i32>,
+    pub(crate) hidden_up_to: Option<i32>,
     /// Fog, if any.
     pub(crate) fog: Option<FrameFog>,
     /// Threshold or level of a projection, as a stored value.
@@ -114,7 +114,7 @@ pub(crate) struct Batch {
     /// Bit r: something shows in row r, or may, before classification.
     pub(crate) shown: u8,
     /// Whether so little of the batch before showed that it is worth finding out what does before interpolation.
-    pub(crate) dim: bool,
+    pub(crate) mostly_hidden: bool,
     /// Whether this slice is the last of any pixel.
     pub(crate) ends: bool,
     /// Whether every lookup lies inside the box of voxels: nothing to clamp.
@@ -136,7 +136,7 @@ pub(crate) struct Batch {
     /// Position of each fragment inside its cell, 0 to 1 along x, y, z.
     pub(crate) weight: [[f32; BATCH]; 3],
     /// Corner values of 16-bit voxels.
-    pub(crate) pairs16: Pairs<u32>,
+    pub(crate) pairs16: CornerPairs<u32>,
     /// Interpolated stored value.
     pub(crate) value: [f32; BATCH],
     /// Premultiplied red, green, blue.
@@ -152,7 +152,7 @@ pub(crate) struct Batch {
     /// Corner values on their way to interpolation.
     pub(crate) corners: Corners,
     /// Corner values of 8-bit voxels.
-    pub(crate) pairs8: Pairs<u16>,
+    pub(crate) pairs8: CornerPairs<u16>,
     /// Fog factor of each fragment, where fragments of one batch lie at depths of their own.
     pub(crate) fog_each: [f32; BATCH],
 }
@@ -170,7 +170,7 @@ impl Batch {
             rows: u8::MAX,
             shown: u8::MAX,
             ends: true,
-            dim: false,
+            mostly_hidden: false,
             inner: false,
             origin: [0.0; 3],
             across: [0.0; 3],
@@ -182,8 +182,8 @@ impl Batch {
             far_offset: [0; BATCH],
             weight: [[0.0; BATCH]; 3],
             corners: Corners([[0.0; BATCH]; 8]),
-            pairs8: Pairs([[0; BATCH]; 4]),
-            pairs16: Pairs([[0; BATCH]; 4]),
+            pairs8: CornerPairs([[0; BATCH]; 4]),
+            pairs16: CornerPairs([[0; BATCH]; 4]),
             value: [0.0; BATCH],
             color: [[0.0; BATCH]; 3],
             alpha: [0.0; BATCH],

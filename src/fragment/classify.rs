@@ -41,7 +41,7 @@ fn look_up<L: Lanes>(frame: &Frame<'_>, x: L::F) -> [L::F; 4] {
 impl<'v, const SPLIT: bool> Kernel<Frame<'v>, Batch> for Classify<SPLIT> {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
-        let clear = L::splat(frame.clear);
+        let clear = L::splat(frame.first_visible);
         let mut places = Places::new(&frame.table);
         let mut shown = 0;
         for_rows!(batch.shown, r => {

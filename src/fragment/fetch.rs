@@ -1,7 +1,7 @@
 //! Trilinear lookup in the voxels' own type.
 
 use super::batch::{BATCH, Batch, Frame, for_rows, row, row_mut, spread};
-use crate::lanes::{Kernel, Lanes, Pairs};
+use crate::lanes::{CornerPairs, Kernel, Lanes};
 use crate::volume::packed::{self, Packed};
 use crate::volume::{Voxels, with_voxels};
 
@@ -26,7 +26,7 @@ pub(super) fn lerp<L: Lanes>(a: L::F, b: L::F, t: L::F) -> L::F {
 
 /// Both voxels of a pair: the low and the high half, with or without sign.
 #[inline(always)]
-fn halves8<L: Lanes, const SIGNED: bool>(pairs: &Pairs<u16>, p: usize, r: usize) -> [L::F; 2] {
+fn halves8<L: Lanes, const SIGNED: bool>(pairs: &CornerPairs<u16>, p: usize, r: usize) -> [L::F; 2] {
     let pair = L::load_u16(row(&pairs.0[p], r));
     if SIGNED {
         [L::to_f(L::sar::<24>(L::shl::<24>(pair))), L::to_f(L::sar::<24>(L::shl::<16>(pair)))]
@@ -37,7 +37,7 @@ fn halves8<L: Lanes, const SIGNED: bool>(pairs: &Pairs<u16>, p: usize, r: usize)
 
 /// As [`halves8`].
 #[inline(always)]
-fn halves16<L: Lanes, const SIGNED: bool>(pairs: &Pairs<u32>, p: usize, r: usize) -> [L::F; 2] {
+fn halves16<L: Lanes, const SIGNED: bool>(pairs: &CornerPairs<u32>, p: usize, r: usize) -> [L::F; 2] {
     let pair = L::load_i(bytemuck::cast_ref(row(&pairs.0[p], r)));
     let low = L::splat_i(0xffff);
     if SIGNED {
@@ -65,8 +65,8 @@ fn byte<L: Lanes, const SIGNED: bool, const N: i32>(quad: L::I) -> L::F {
 #[inline(always)]
 fn packed8<L: Lanes, const SIGNED: bool>(frame: &Frame<'_>, packed: &[u16], batch: &mut Batch) {
     let (cells, rows) = (batch.cells, batch.rows);
-    let lit = match frame.dark.filter(|_| batch.dim) {
-        Some(dark) => cells.quads8::<L, SIGNED, true>(packed, &batch.offset, rows, dark, &mut batch.pairs16),
+    let lit = match frame.hidden_up_to.filter(|_| batch.mostly_hidden) {
+        Some(hidden_up_to) => cells.quads8::<L, SIGNED, true>(packed, &batch.offset, rows, hidden_up_to, &mut batch.pairs16),
         None => cells.quads8::<L, SIGNED, false>(packed, &batch.offset, rows, 0, &mut batch.pairs16),
     };
     batch.shown &= lit;
@@ -113,8 +113,8 @@ fn rows16<L: Lanes, const SIGNED: bool>(batch: &mut Batch) {
 #[inline(always)]
 fn packed16<L: Lanes, const SIGNED: bool>(frame: &Frame<'_>, packed: &[u32], batch: &mut Batch) {
     let (cells, rows) = (batch.cells, batch.rows);
-    let lit = match frame.dark.filter(|_| batch.dim) {
-        Some(dark) => cells.quads16::<L, SIGNED, true>(packed, &batch.offset, rows, dark, &mut batch.pairs16),
+    let lit = match frame.hidden_up_to.filter(|_| batch.mostly_hidden) {
+        Some(hidden_up_to) => cells.quads16::<L, SIGNED, true>(packed, &batch.offset, rows, hidden_up_to, &mut batch.pairs16),
         None => cells.quads16::<L, SIGNED, false>(packed, &batch.offset, rows, 0, &mut batch.pairs16),
     };
     batch.shown &= lit;
@@ -187,7 +187,7 @@ impl<'v> Kernel<Frame<'v>, Batch> for FetchPairs8 {
 impl<'v> Kernel<Frame<'v>, Batch> for FetchPacked8 {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
-        let Some(Packed { pairs: packed::Pairs::Of8(packed), .. }) = frame.packed else {
+        let Some(Packed { pairs: packed::PackedPairs::Of8(packed), .. }) = frame.packed else {
             unreachable!("the plan chose packed lookups for voxels that are not");
         };
         if matches!(frame.voxels, Voxels::I8(_)) {
@@ -218,7 +218,7 @@ impl<'v> Kernel<Frame<'v>, Batch> for FetchPairs16 {
 impl<'v> Kernel<Frame<'v>, Batch> for FetchPacked16 {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
-        let Some(Packed { pairs: packed::Pairs::Of16(packed), .. }) = frame.packed else {
+        let Some(Packed { pairs: packed::PackedPairs::Of16(packed), .. }) = frame.packed else {
             unreachable!("the plan chose packed lookups for voxels that are not");
         };
         if matches!(frame.voxels, Voxels::I16(_)) {

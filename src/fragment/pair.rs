@@ -46,7 +46,7 @@ impl<'v, const SPLIT: bool, const SECOND: bool, const FINE: bool> Kernel<Frame<'
         let slice = L::splat_i(batch.slice);
         let (side, last) = (L::splat(frame.table_last + 1.0), L::splat(frame.table_last - 1.0));
         let side_i = L::trunc(side);
-        let clear = L::splat(frame.clear);
+        let clear = L::splat(frame.first_visible);
         let mut shown = 0;
         for_rows!(batch.rows, r => {
             let back = L::load(row(&batch.value, r));

@@ -5,7 +5,7 @@ use super::*;
 use crate::lanes::tests::Numbers;
 use crate::lanes::{Kernel, Level, LookupTable};
 use crate::scene::FogMode;
-use crate::volume::packed::{Packed, Pairs};
+use crate::volume::packed::{Packed, PackedPairs};
 use crate::volume::{VoxelType, Voxels};
 use std::sync::Arc;
 
@@ -36,8 +36,8 @@ fn frame<'v>(voxels: &'v Voxels, n: &mut Numbers, mode: FogMode, weighted: bool)
         table: Arc::new(LookupTable::new(&colors)),
         table_low: 3.0,
         table_scale: [0.21, 1.0],
-        clear: 0.0,
-        dark: None,
+        first_visible: 0.0,
+        hidden_up_to: None,
         table_last: 63.0,
         fine: Some((Arc::new(LookupTable::new(&colors[..40])), [3.0, 0.7, 39.0])),
         terminate: 0.01,
@@ -258,8 +258,8 @@ fn lookups_of_pairs_and_of_corners_agree_with_f64() {
                 for level in Level::available() {
                     b.value = [0.0; BATCH];
                     match packed.pairs {
-                        Pairs::Of8(_) => level.kernel::<FetchPacked8, Frame<'_>, Batch>()(&frame, &mut b),
-                        Pairs::Of16(_) => level.kernel::<FetchPacked16, Frame<'_>, Batch>()(&frame, &mut b),
+                        PackedPairs::Of8(_) => level.kernel::<FetchPacked8, Frame<'_>, Batch>()(&frame, &mut b),
+                        PackedPairs::Of16(_) => level.kernel::<FetchPacked16, Frame<'_>, Batch>()(&frame, &mut b),
                     }
                     assert_eq!(bits(&b), want, "packed {kind} at {}", level.name());
                 }

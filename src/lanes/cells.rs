@@ -22,7 +22,7 @@ pub(crate) struct Corners(pub(crate) [[f32; BATCH]; 8]);
 /// Corner values of 8- and 16-bit voxels as they lie in memory: two neighbours along x in one number, the nearer in the low half.
 #[derive(Clone)]
 #[repr(C, align(64))]
-pub(crate) struct Pairs<P>(pub(crate) [[P; BATCH]; 4]);
+pub(crate) struct CornerPairs<P>(pub(crate) [[P; BATCH]; 4]);
 
 /// Where the voxels of a batch of cells lie.
 #[derive(Debug, Clone, Copy, Default)]
@@ -184,7 +184,7 @@ impl CellLoad {
     /// # Panics
     /// When a corner lies outside `voxels` or the stride along x is not 1: a bug of the caller's.
     #[inline(always)]
-    pub(crate) fn pairs8<L: Lanes>(&self, voxels: &[u8], offsets: &[i32; BATCH], rows: u8, out: &mut Pairs<u16>) {
+    pub(crate) fn pairs8<L: Lanes>(&self, voxels: &[u8], offsets: &[i32; BATCH], rows: u8, out: &mut CornerPairs<u16>) {
         assert!(self.strides[0] == 1 && self.fits::<L>(offsets, rows, voxels.len()), "cell outside the volume");
         let [_, dy, dz] = self.strides;
         let from = voxels.as_ptr().wrapping_add(self.base);
@@ -206,18 +206,18 @@ impl CellLoad {
     /// Loads four corners at a time from 8-bit voxels packed with their neighbours along y: into the first row of `out` those at
     /// z, into the second those at z + 1. Bytes from the lowest: (x,y), (x,y+1), (x+1,y), (x+1,y+1).
     ///
-    /// Returns the rows to go on with; with `DARK` those in which a corner may be above `dark`, and others are not kept.
+    /// Returns the rows to go on with; with `HIDDEN` those in which a corner may be above `hidden_up_to`, and others are not kept.
     ///
     /// # Panics
     /// As [`CellLoad::pairs8`].
     #[inline(always)]
-    pub(crate) fn quads8<L: Lanes, const SIGNED: bool, const DARK: bool>(
+    pub(crate) fn quads8<L: Lanes, const SIGNED: bool, const HIDDEN: bool>(
         &self,
         packed: &[u16],
         offsets: &[i32; BATCH],
         rows: u8,
-        dark: i32,
-        out: &mut Pairs<u32>,
+        hidden_up_to: i32,
+        out: &mut CornerPairs<u32>,
     ) -> u8 {
         assert!(self.strides[0] == 1 && self.fits::<L>(offsets, rows, packed.len()), "cell outside the volume");
         let from = packed.as_ptr().wrapping_add(self.base);
@@ -230,8 +230,8 @@ impl CellLoad {
             if cfg!(target_endian = "big") { both.rotate_left(16) } else { both }
         };
         let far = from.wrapping_add(self.strides[2]);
-        let limit = L::splat_i(i32::from_le_bytes([dark as u8; 4]));
-        let mut lit = if DARK { 0 } else { rows };
+        let limit = L::splat_i(i32::from_le_bytes([hidden_up_to as u8; 4]));
+        let mut lit = if HIDDEN { 0 } else { rows };
         for_rows!(rows, r => {
             let o = row(offsets, r);
             prefetch_row(next, others, o);
@@ -243,8 +243,8 @@ impl CellLoad {
                 quad(far, o[0]), quad(far, o[1]), quad(far, o[2]), quad(far, o[3]),
                 quad(far, o[4]), quad(far, o[5]), quad(far, o[6]), quad(far, o[7]),
             ]);
-            if !DARK || L::any_above::<8, SIGNED>(&[near, far], limit) {
-                if DARK {
+            if !HIDDEN || L::any_above::<8, SIGNED>(&[near, far], limit) {
+                if HIDDEN {
                     lit |= 1 << r;
                 }
                 L::store_i(near, bytemuck::cast_mut(row_mut(&mut out.0[0], r)));
@@ -262,13 +262,13 @@ impl CellLoad {
     /// # Panics
     /// As [`CellLoad::pairs8`].
     #[inline(always)]
-    pub(crate) fn quads16<L: Lanes, const SIGNED: bool, const DARK: bool>(
+    pub(crate) fn quads16<L: Lanes, const SIGNED: bool, const HIDDEN: bool>(
         &self,
         packed: &[u32],
         offsets: &[i32; BATCH],
         rows: u8,
-        dark: i32,
-        out: &mut Pairs<u32>,
+        hidden_up_to: i32,
+        out: &mut CornerPairs<u32>,
     ) -> u8 {
         assert!(self.strides[0] == 1 && self.fits::<L>(offsets, rows, packed.len()), "cell outside the volume");
         let from = packed.as_ptr().wrapping_add(self.base);
@@ -280,8 +280,8 @@ impl CellLoad {
             if cfg!(target_endian = "big") { both.rotate_left(32) } else { both }
         };
         let far = from.wrapping_add(self.strides[2]);
-        let limit = L::splat_i((dark & 0xffff) | dark << 16);
-        let mut lit = if DARK { 0 } else { rows };
+        let limit = L::splat_i((hidden_up_to & 0xffff) | hidden_up_to << 16);
+        let mut lit = if HIDDEN { 0 } else { rows };
         for_rows!(rows, r => {
             let o = row(offsets, r);
             prefetch_row(next, others, o);
@@ -293,8 +293,8 @@ impl CellLoad {
                 quad(far, o[0]), quad(far, o[1]), quad(far, o[2]), quad(far, o[3]),
                 quad(far, o[4]), quad(far, o[5]), quad(far, o[6]), quad(far, o[7]),
             ]);
-            if !DARK || L::any_above::<16, SIGNED>(&[near_left, near_right, far_left, far_right], limit) {
-                if DARK {
+            if !HIDDEN || L::any_above::<16, SIGNED>(&[near_left, near_right, far_left, far_right], limit) {
+                if HIDDEN {
                     lit |= 1 << r;
                 }
                 L::store_i(near_left, bytemuck::cast_mut(row_mut(&mut out.0[0], r)));
@@ -342,7 +342,7 @@ impl CellLoad {
     /// # Panics
     /// As [`CellLoad::pairs8`].
     #[inline(always)]
-    pub(crate) fn pairs16<L: Lanes>(&self, voxels: &[u16], offsets: &[i32; BATCH], rows: u8, out: &mut Pairs<u32>) {
+    pub(crate) fn pairs16<L: Lanes>(&self, voxels: &[u16], offsets: &[i32; BATCH], rows: u8, out: &mut CornerPairs<u32>) {
         assert!(self.strides[0] == 1 && self.fits::<L>(offsets, rows, voxels.len()), "cell outside the volume");
         let [_, dy, dz] = self.strides;
         let from = voxels.as_ptr().wrapping_add(self.base);

@@ -21,7 +21,7 @@ mod scalar;
 mod table;
 mod wide;
 
-pub(crate) use cells::{CellLoad, Corners, Pairs, ToF32};
+pub(crate) use cells::{CellLoad, CornerPairs, Corners, ToF32};
 #[cfg(feature = "formats")]
 pub(crate) use mapped::Mapped;
 pub(crate) use table::{LookupTable, Places};

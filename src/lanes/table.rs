@@ -35,7 +35,7 @@ impl LookupTable {
     }
 
     /// Number of intervals at the beginning of the first `side` entries in which nothing shows.
-    pub(crate) fn clear(&self, side: usize) -> usize {
+    pub(crate) fn hidden_intervals(&self, side: usize) -> usize {
         self.entries[..side.min(self.entries.len())].iter().take_while(|&&e| e == [0.0; 4]).count().saturating_sub(1)
     }
 

@@ -1,6 +1,6 @@
 //! The table a frame classifies by: over values, or over pairs of values.
 
-use super::{Layout, Pairs, Slab};
+use super::{Layout, PairTable, Slab};
 use crate::lanes::LookupTable;
 use crate::scene::TransferFunction;
 
@@ -10,20 +10,20 @@ pub(crate) enum Classes {
     /// The value of a slab.
     Values(Layout),
     /// The values on both sides of a slab.
-    Pairs(Pairs),
+    PairTable(PairTable),
 }
 
 impl Classes {
     /// Classes for values in `range` through `transfer`.
     pub(crate) fn new(transfer: &TransferFunction, range: (f64, f64), slab: Slab, pairs: bool) -> Self {
-        if pairs { Self::Pairs(Pairs::new(transfer, range, slab)) } else { Self::Values(Layout::new(transfer, range, slab)) }
+        if pairs { Self::PairTable(PairTable::new(transfer, range, slab)) } else { Self::Values(Layout::new(transfer, range, slab)) }
     }
 
     /// Values at the first and last entry, data units.
     pub(crate) fn range(&self) -> (f64, f64) {
         match self {
             Self::Values(l) => (l.low, l.high),
-            Self::Pairs(p) => (p.low(), p.high()),
+            Self::PairTable(p) => (p.low(), p.high()),
         }
     }
 
@@ -31,7 +31,7 @@ impl Classes {
     pub(crate) fn last(&self) -> usize {
         match self {
             Self::Values(l) => l.last(),
-            Self::Pairs(p) => p.last(),
+            Self::PairTable(p) => p.last(),
         }
     }
 
@@ -39,7 +39,7 @@ impl Classes {
     pub(crate) fn fine(&self) -> Option<&Layout> {
         match self {
             Self::Values(_) => None,
-            Self::Pairs(p) => p.fine(),
+            Self::PairTable(p) => p.fine(),
         }
     }
 
@@ -47,7 +47,7 @@ impl Classes {
     pub(crate) fn table(&self, transfer: &TransferFunction, slab: Slab) -> LookupTable {
         match self {
             Self::Values(l) => l.table(transfer, slab),
-            Self::Pairs(p) => p.table(transfer, slab),
+            Self::PairTable(p) => p.table(transfer, slab),
         }
     }
 
@@ -55,7 +55,7 @@ impl Classes {
     pub(crate) fn opaque_within(&self, lo: f64, hi: f64) -> bool {
         match self {
             Self::Values(l) => l.opaque_within(lo, hi),
-            Self::Pairs(p) => p.opaque_within(lo, hi),
+            Self::PairTable(p) => p.opaque_within(lo, hi),
         }
     }
 }

@@ -9,7 +9,7 @@ mod table;
 pub(crate) use changes::{CHANGES, ChangeClasses, most as most_change, strongest};
 pub(crate) use classes::Classes;
 pub(crate) use left_out::{Planned, Saving, passed_over, planned, tally};
-use pairs::Pairs;
+use pairs::PairTable;
 use table::Layout;
 pub(crate) use table::Slab;
 
@@ -17,7 +17,7 @@ use crate::fragment::*;
 use crate::lanes::{Level, ToF32};
 use crate::lean::{LEAN, extra};
 use crate::proxy::Stack;
-use crate::raster::PairWork;
+use crate::raster::PairStages;
 use crate::scene::{Accumulation, Blend, Classification, Filter, Fog, FogDistance, FogWeighting, Method, Order, Scene, SlabForm, Target};
 use crate::volume::bricks::Bricks;
 use crate::volume::{Volume, VoxelType};
@@ -77,7 +77,7 @@ pub(crate) struct Stages<'v> {
     pub(crate) whole: Vec<Stage<'v>>,
     pub(crate) partial: Vec<Stage<'v>>,
     /// More lookups, where slabs lie between slices.
-    pub(crate) pairs: Option<PairWork<'v>>,
+    pub(crate) pairs: Option<PairStages<'v>>,
 }
 
 /// What a frame needs, decided before the first pixel.
@@ -236,7 +236,7 @@ impl Needs {
             if let Some(fog) = exit.iter_mut().find(|s| s.name == "fog") {
                 fog.run = level.kernel::<FogEach, _, _>();
             }
-            PairWork {
+            PairStages {
                 lookback: if self.method.classification == Classification::SecondOrder { 2 } else { 1 },
                 keep: vec![middle[0], middle[1], stage("keep", level.kernel::<KeepValue, _, _>())],
                 fetch: middle[1],
@@ -277,7 +277,7 @@ impl Needs {
     }
 
     fn fetch<'v>(&self, volume: &Volume, packed: bool, scaling: &Scaling, level: Level) -> fn(&Frame<'v>, &mut Batch) {
-        // Pairs along x need two voxels there.
+        // PairTable along x need two voxels there.
         let pairs = !self.far && scaling.to_f32.is_none() && volume.grid().dims()[0] > 1;
         match (self.method.filter, self.method.classification) {
             (Filter::Nearest, _) if self.far => return level.kernel::<FetchNearest<true>, _, _>(),

@@ -27,7 +27,7 @@ const OPAQUE: f64 = 1e30;
 
 /// The values a table over pairs runs over, and the transfer function between its entries.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Pairs {
+pub(crate) struct PairTable {
     low: f64,
     high: f64,
     intervals: usize,
@@ -76,7 +76,7 @@ impl Piece {
     }
 }
 
-impl Pairs {
+impl PairTable {
     /// A table for values in [min, max] through `transfer`.
     pub(crate) fn new(transfer: &TransferFunction, (min, max): (f64, f64), slab: Slab) -> Self {
         let knots = transfer.knots();
@@ -246,7 +246,7 @@ mod tests {
     #[test]
     fn entries_are_the_slabs_integrals() {
         for (t, transfer) in transfers().iter().enumerate() {
-            let pairs = Pairs::new(transfer, (0.0, 255.0), ONE);
+            let pairs = PairTable::new(transfer, (0.0, 255.0), ONE);
             let width = 255.0 / pairs.last() as f64;
             for ratio in [0.05, 1.0, 7.0] {
                 let table = pairs.table(transfer, Slab { ratio, form: SlabForm::Exponential });
@@ -267,7 +267,7 @@ mod tests {
     #[test]
     fn an_opacity_of_one_is_opaque_in_the_thinnest_slab() {
         let transfer = TransferFunction::new(vec![(0.0, [0.5; 3])], vec![(10.0, 0.0), (20.0, 1.0), (255.0, 1.0)]).expect("valid");
-        let pairs = Pairs::new(&transfer, (0.0, 255.0), ONE);
+        let pairs = PairTable::new(&transfer, (0.0, 255.0), ONE);
         let table = pairs.table(&transfer, Slab { ratio: 1e-9, form: SlabForm::Exponential });
         let last = pairs.last();
         for (i, j) in [(last / 3, last / 3), (last / 3, last), (0, last), (last, 0)] {
@@ -280,7 +280,7 @@ mod tests {
     #[test]
     fn transparent_pairs_are_known() {
         let [_, spike, _] = transfers();
-        let pairs = Pairs::new(&spike, (0.0, 255.0), ONE);
+        let pairs = PairTable::new(&spike, (0.0, 255.0), ONE);
         assert!(!pairs.opaque_within(0.0, 90.0));
         assert!(pairs.opaque_within(90.0, 110.0));
         assert!(pairs.opaque_within(0.0, 255.0));

@@ -1,12 +1,12 @@
 //! One block of 8 x 8 pixels: its slices in order, those that matter, through the stages.
 
-use super::beam::{Beams, BlockRange, Outer};
-use super::contents::{LOOKS, Look, Looked, Runs, SHOWN, Sight, Windows};
+use super::block_transform::BlockTransform;
 use super::counters::{Counters, lanes_of};
 use super::merge::Merging;
-use super::pairs::{Kept, PairWork};
-use super::placing::Placing;
-use super::watch::Watch;
+use super::observer::Observer;
+use super::pairs::{PairStages, ValueHistory};
+use super::ray_intervals::{BlockRange, EndPieces, RayIntervals};
+use super::skip::{BOXES, BoxClasses, BoxQuery, Runs, SHOWN, SkipTable, Windows};
 use crate::fragment::batch::{BATCH, SIDE, rows_of};
 use crate::fragment::{Batch, Frame, Stage};
 use crate::lanes::Level;
@@ -23,11 +23,11 @@ pub(crate) struct Work<'f, 'v> {
     pub(crate) fog: Option<&'f Fog>,
     pub(crate) order: Order,
     /// What shows where, to pass over what does not; `None` where every fragment counts.
-    pub(crate) sight: Option<&'f Sight>,
+    pub(crate) skip_table: Option<&'f SkipTable>,
     /// Slices that are looked at together.
     pub(crate) runs: Runs,
     /// Looks at boxes of runs, and of coarse runs.
-    pub(crate) look: [fn(&Look<'f>, &mut Looked); 2],
+    pub(crate) query: [fn(&BoxQuery<'f>, &mut BoxClasses); 2],
     /// Sets coverage and lengths of batches that are not whole.
     pub(crate) span: Stage<'v>,
     /// Stages of batches in which every fragment is covered by a whole slab.
@@ -43,9 +43,9 @@ pub(crate) struct Work<'f, 'v> {
     /// Whether fog goes by the distance from the eye.
     pub(crate) radial: bool,
     /// What the outermost fragments stand for.
-    pub(crate) outer: Outer,
+    pub(crate) outer: EndPieces,
     /// More lookups, where slabs lie between slices.
-    pub(crate) pairs: Option<PairWork<'v>>,
+    pub(crate) pairs: Option<PairStages<'v>>,
     /// What it takes to make one slab of several, where that may be.
     pub(crate) merging: Option<Merging<'f, 'v>>,
     /// Where in its slab a value is taken, in slabs from its middle.
@@ -61,11 +61,18 @@ impl Work<'_, '_> {
 
 impl<'f> Work<'f, '_> {
     /// Looks at `count` runs of `slices` slices, the first of them from slice `first` on.
-    pub(super) fn look_at(&self, placing: &Placing, windows: &'f Windows, (first, slices): (i64, i64), count: usize, classes: &mut Looked) {
+    pub(super) fn query_boxes(
+        &self,
+        transform: &BlockTransform,
+        windows: &'f Windows,
+        (first, slices): (i64, i64),
+        count: usize,
+        classes: &mut BoxClasses,
+    ) {
         let near = self.sampled(first - self.runs.back);
         let far = self.sampled(first + slices - 1);
-        let look = placing.boxes(windows, (near, far), slices as f64 * self.stack.spacing, count);
-        (self.look[usize::from(windows.holds_flags())])(&look, classes);
+        let query = transform.boxes(windows, (near, far), slices as f64 * self.stack.spacing, count);
+        (self.query[usize::from(windows.holds_flags())])(&query, classes);
     }
 }
 
@@ -76,38 +83,38 @@ const DIM: u64 = 2 * SIDE as u64;
 struct Coarse {
     first: i64,
     known: usize,
-    classes: Looked,
+    classes: BoxClasses,
 }
 
 impl Default for Coarse {
     fn default() -> Self {
-        Self { first: 0, known: 0, classes: [0; LOOKS] }
+        Self { first: 0, known: 0, classes: [0; BOXES] }
     }
 }
 
 impl Coarse {
     /// What coarse run `at` holds.
-    fn class<'f>(&mut self, work: &Work<'f, '_>, sight: &'f Sight, placing: &Placing, at: i64) -> u8 {
+    fn class<'f>(&mut self, work: &Work<'f, '_>, skip_table: &'f SkipTable, transform: &BlockTransform, at: i64) -> u8 {
         if !(self.first..self.first + self.known as i64).contains(&at) {
             // Those around it, whichever way the block is gone through.
-            self.first = at / LOOKS as i64 * LOOKS as i64;
-            self.known = LOOKS;
+            self.first = at / BOXES as i64 * BOXES as i64;
+            self.known = BOXES;
             let slices = work.runs.slices * work.runs.coarse;
-            work.look_at(placing, &sight.coarse, (self.first * slices, slices), LOOKS, &mut self.classes);
+            work.query_boxes(transform, &skip_table.coarse, (self.first * slices, slices), BOXES, &mut self.classes);
         }
         self.classes[(at - self.first) as usize]
     }
 
     /// Whether anything may show on the slices of `range`.
-    fn find<'f>(&mut self, work: &Work<'f, '_>, sight: &'f Sight, placing: &Placing, range: &BlockRange) -> bool {
+    fn find<'f>(&mut self, work: &Work<'f, '_>, skip_table: &'f SkipTable, transform: &BlockTransform, range: &BlockRange) -> bool {
         let slices = work.runs.slices * work.runs.coarse;
         // The way behind the last slice belongs to it.
         let (first, last) = (range.any.0 / slices, (range.any.1 + work.runs.back) / slices);
-        if last - first < LOOKS as i64 {
+        if last - first < BOXES as i64 {
             (self.first, self.known) = (first, (last - first + 1) as usize);
-            work.look_at(placing, &sight.coarse, (first * slices, slices), self.known, &mut self.classes);
+            work.query_boxes(transform, &skip_table.coarse, (first * slices, slices), self.known, &mut self.classes);
         }
-        (first..=last).any(|at| self.class(work, sight, placing, at) & SHOWN > 0)
+        (first..=last).any(|at| self.class(work, skip_table, transform, at) & SHOWN > 0)
     }
 }
 
@@ -123,20 +130,20 @@ pub(crate) enum Outcome {
 }
 
 /// Renders the block at pixel (x0,y0) into `batch.pixels`. Bit i of `inside` tells whether lane i belongs to the picture and tile.
-pub(crate) fn render<W: Watch>(
+pub(crate) fn render<W: Observer>(
     work: &Work<'_, '_>,
-    beams: &Beams<'_>,
+    intervals: &RayIntervals<'_>,
     (x0, y0): (u32, u32),
     inside: u64,
     batch: &mut Batch,
     counters: &mut Counters,
-    watch: &mut W,
+    observer: &mut W,
 ) -> Outcome {
-    // Onlookers see the rays' ends, and slabs between slices begin and end there.
-    let range = if W::SEES || work.pairs.is_some() {
-        beams.block(x0, y0, inside, &mut batch.pixels)
+    // Observers see the rays' ends, and slabs between slices begin and end there.
+    let range = if W::OBSERVES || work.pairs.is_some() {
+        intervals.block(x0, y0, inside, &mut batch.pixels)
     } else {
-        beams.range(x0, y0, inside, &mut batch.pixels)
+        intervals.range(x0, y0, inside, &mut batch.pixels)
     };
     counters.blocks += 1;
     counters.fragments += range.fragments;
@@ -146,34 +153,35 @@ pub(crate) fn render<W: Watch>(
         return Outcome::Missed;
     }
     let forward = if work.order == Order::FrontToBack { 1.0 } else { -1.0 };
-    let placing = || Placing::new(work.stack, work.frame.strides, forward, f64::from(x0) + 0.5, f64::from(y0) + 0.5);
+    let transform = || BlockTransform::new(work.stack, work.frame.strides, forward, f64::from(x0) + 0.5, f64::from(y0) + 0.5);
     let mut looked = Coarse::default();
-    let placing = match work.sight {
-        Some(sight) if !W::SEES => {
-            let found = sight.any.then(placing).filter(|placing| sight.all || looked.find(work, sight, placing, &range));
-            let Some(placing) = found else {
+    let transform = match work.skip_table {
+        Some(skip_table) if !W::OBSERVES => {
+            let found =
+                skip_table.any.then(transform).filter(|transform| skip_table.all || looked.find(work, skip_table, transform, &range));
+            let Some(transform) = found else {
                 counters.empty += (range.any.1 - range.any.0 + 1) as u64;
                 return Outcome::Empty;
             };
-            placing
+            transform
         }
-        _ => placing(),
+        _ => transform(),
     };
-    beams.plane(x0, y0, &mut batch.pixels);
-    march(work, beams, (x0, y0), (range, placing, looked), batch, counters, watch);
+    intervals.plane(x0, y0, &mut batch.pixels);
+    march(work, intervals, (x0, y0), (range, transform, looked), batch, counters, observer);
     Outcome::Rendered
 }
 
 /// The slices of a block of which something may show.
 #[inline(never)]
-fn march<W: Watch>(
+fn march<W: Observer>(
     work: &Work<'_, '_>,
-    beams: &Beams<'_>,
+    intervals: &RayIntervals<'_>,
     (x0, y0): (u32, u32),
-    (range, placing, mut looked): (BlockRange, Placing, Coarse),
+    (range, transform, mut looked): (BlockRange, BlockTransform, Coarse),
     batch: &mut Batch,
     counters: &mut Counters,
-    watch: &mut W,
+    observer: &mut W,
 ) {
     let [red, green, blue, transmittance] = work.start;
     batch.pixels.color = [[red; BATCH], [green; BATCH], [blue; BATCH]];
@@ -182,24 +190,24 @@ fn march<W: Watch>(
         batch.pixels.excess = [[0.0; BATCH]; 4];
     }
     batch.pixels.alive = u64::MAX;
-    batch.dim = false;
-    placing.prepare(work.frame, batch);
+    batch.mostly_hidden = false;
+    transform.prepare(work.frame, batch);
     batch.length = batch.pixels.slant;
-    watch.block(work.stack, x0, y0, batch);
-    let slices = watch.slices(range.any.0..range.any.1 + 1);
+    observer.block(work.stack, x0, y0, batch);
+    let slices = observer.slices(range.any.0..range.any.1 + 1);
     let window = (f64::from(x0) + 0.5, f64::from(y0) + 0.5);
     let mut march = March {
         work,
-        beams,
+        intervals,
         first_pixel: (x0, y0),
         range,
-        placing,
+        transform,
         batch,
         counters,
-        watch,
+        observer,
         whole_lengths: true,
         window,
-        kept: Kept::default(),
+        history: ValueHistory::default(),
         through: f32::NAN,
         ended: None,
     };
@@ -214,35 +222,36 @@ fn march<W: Watch>(
                 if work.order == Order::FrontToBack { march.covered(k + 1, slices.end) } else { march.covered(slices.start, k) };
         }
     }
-    watch.done(batch);
+    observer.done(batch);
 }
 
 /// A block's way through its slices.
 pub(super) struct March<'m, 'f, 'v, W> {
     pub(super) work: &'m Work<'f, 'v>,
-    beams: &'m Beams<'m>,
+    intervals: &'m RayIntervals<'m>,
     first_pixel: (u32, u32),
     pub(super) range: BlockRange,
-    pub(super) placing: Placing,
+    pub(super) transform: BlockTransform,
     pub(super) batch: &'m mut Batch,
     pub(super) counters: &'m mut Counters,
-    pub(super) watch: &'m mut W,
+    pub(super) observer: &'m mut W,
     /// Whether `batch.length` holds whole slabs.
     pub(super) whole_lengths: bool,
     /// Window position of the first pixel's centre.
     pub(super) window: (f64, f64),
-    pub(super) kept: Kept,
+    pub(super) history: ValueHistory,
     /// Root mean square of the pixels' transmittance; NaN where it is to be found out.
     pub(super) through: f32,
     /// The slice after which every pixel was finished.
     ended: Option<i64>,
 }
 
-impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
+impl<'f, 'v, W: Observer> March<'_, 'f, 'v, W> {
     /// Slices `from..to` in the scene's order, but for those on which nothing shows.
     fn slices(&mut self, from: i64, to: i64, looked: &mut Coarse) {
         // Where everything shows there is nothing to look for; but what becomes one has to be looked at.
-        let Some(sight) = self.work.sight.filter(|sight| !sight.all || extra(self.work.merging.as_ref()).is_some()) else {
+        let Some(skip_table) = self.work.skip_table.filter(|skip_table| !skip_table.all || extra(self.work.merging.as_ref()).is_some())
+        else {
             self.run(from, to);
             return;
         };
@@ -252,7 +261,7 @@ impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
         for n in 0..coarse.end - coarse.start {
             let at = if ahead { coarse.start + n } else { coarse.end - 1 - n };
             let (first, end) = ((at * slices * group).max(from), ((at + 1) * slices * group).min(to));
-            let held = looked.class(self.work, sight, &self.placing, at);
+            let held = looked.class(self.work, skip_table, &self.transform, at);
             if held & SHOWN == 0 {
                 self.pass_over(first, end);
                 continue;
@@ -261,9 +270,9 @@ impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
             let count = (runs.end - runs.start) as usize;
             let merging = extra(self.work.merging.as_ref());
             // Where something shows in every brick, it does on every run.
-            let mut classes = [1; LOOKS];
+            let mut classes = [1; BOXES];
             if held != SHOWN || merging.is_some() {
-                self.work.look_at(&self.placing, &sight.fine, (runs.start * slices, slices), count, &mut classes);
+                self.work.query_boxes(&self.transform, &skip_table.fine, (runs.start * slices, slices), count, &mut classes);
             }
             if let Some(merging) = merging {
                 if !self.merging(merging, (first, end), &classes[..count]) {
@@ -303,7 +312,7 @@ impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
     /// Slices `from..to` are not needed: every pixel is finished.
     fn finish(&mut self, from: i64, to: i64) {
         self.counters.finished += (to - from) as u64;
-        self.watch.skipped(from, to, true);
+        self.observer.skipped(from, to, true);
     }
 
     /// Nothing shows on slices `from..to`.
@@ -312,7 +321,7 @@ impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
             return;
         }
         self.counters.empty += (to - from) as u64;
-        self.watch.skipped(from, to, false);
+        self.observer.skipped(from, to, false);
     }
 
     /// Slices `from..to`, on which something may show; false when every pixel is finished.
@@ -348,7 +357,7 @@ impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
     fn settle(&mut self) {
         if !self.range.settled {
             let (x0, y0) = self.first_pixel;
-            self.beams.block(x0, y0, u64::MAX, &mut self.batch.pixels);
+            self.intervals.block(x0, y0, u64::MAX, &mut self.batch.pixels);
             self.range.settled = true;
         }
     }
@@ -374,9 +383,9 @@ impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
         count
     }
 
-    /// Rows in which a pixel still takes light. Onlookers see all of them.
+    /// Rows in which a pixel still takes light. Observers see all of them.
     pub(super) fn live_rows(&self) -> u8 {
-        if W::SEES { u8::MAX } else { rows_of(self.batch.pixels.alive) }
+        if W::OBSERVES { u8::MAX } else { rows_of(self.batch.pixels.alive) }
     }
 
     /// Rows with pixels that the batch's slice covers; sets the batch's mask and lengths.
@@ -404,8 +413,8 @@ impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
         }
         self.counters.batches += 1;
         if k >= self.range.whole.0 && k <= self.range.whole.1 {
-            self.placing.place(sampled, frame, batch);
-            self.watch.slice(frame, batch);
+            self.transform.place(sampled, frame, batch);
+            self.observer.slice(frame, batch);
             (batch.mask, batch.rows, batch.shown) = (u64::MAX, live, live);
             batch.ends = k >= self.range.whole.1;
             self.counters.whole(live);
@@ -415,12 +424,12 @@ impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
             }
             for stage in &work.whole {
                 (stage.run)(frame, batch);
-                self.watch.stage(stage.name, frame, batch);
+                self.observer.stage(stage.name, frame, batch);
             }
             self.hidden(live & !self.batch.shown);
             return;
         }
-        self.watch.slice(frame, batch);
+        self.observer.slice(frame, batch);
         self.settle();
         let batch = &mut *self.batch;
         (work.span.run)(frame, batch);
@@ -428,7 +437,7 @@ impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
         if work.order == Order::FrontToBack {
             batch.pixels.alive &= !batch.ended;
         }
-        let rows = if W::SEES { live } else { live & rows_of(batch.mask) };
+        let rows = if W::OBSERVES { live } else { live & rows_of(batch.mask) };
         (batch.rows, batch.shown) = (rows, rows);
         batch.ends = true;
         let mut doubt = batch.pixels.doubt & batch.mask;
@@ -440,15 +449,15 @@ impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
                 batch.mask &= !(1 << i);
             }
         }
-        self.watch.stage(work.span.name, frame, batch);
+        self.observer.stage(work.span.name, frame, batch);
         self.counters.part(batch);
         if rows == 0 {
             return;
         }
-        self.placing.place(sampled, frame, batch);
+        self.transform.place(sampled, frame, batch);
         for stage in &work.partial {
             (stage.run)(frame, batch);
-            self.watch.stage(stage.name, frame, batch);
+            self.observer.stage(stage.name, frame, batch);
         }
         self.hidden(rows & !self.batch.shown);
     }
@@ -458,7 +467,7 @@ impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
     fn hidden(&mut self, rows: u8) {
         let lanes = lanes_of(rows);
         self.counters.hidden += lanes;
-        self.batch.dim = lanes >= DIM;
+        self.batch.mostly_hidden = lanes >= DIM;
         if self.batch.shown != 0 {
             self.through = f32::NAN;
         }

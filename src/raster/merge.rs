@@ -6,8 +6,8 @@
 //! ```
 
 use super::block::March;
-use super::contents::LOOKS;
-use super::watch::Watch;
+use super::observer::Observer;
+use super::skip::BOXES;
 use crate::fragment::Frame;
 use crate::fragment::batch::{BATCH, SIDE, row};
 use crate::lanes::{Kernel, Lanes, Level};
@@ -70,7 +70,7 @@ impl Kernel<[f32; BATCH], f32> for LetThrough {
     }
 }
 
-impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
+impl<'f, 'v, W: Observer> March<'_, 'f, 'v, W> {
     /// Slices `from..to` of a coarse run, nearest first, several as one where that will do; `classes` tells what shows in its runs. False
     /// when every pixel is finished.
     pub(super) fn merging(&mut self, merging: &Merging<'f, 'v>, (from, to): (i64, i64), classes: &[u8]) -> bool {
@@ -122,10 +122,10 @@ impl<'f, 'v, W: Watch> March<'_, 'f, 'v, W> {
 
     /// Slices `from..end` of a coarse run that ends before `to`, each on its own.
     fn one_by_one(&mut self, from: i64, end: i64, to: i64) -> bool {
-        let mut classes = [u8::MAX; LOOKS];
+        let mut classes = [u8::MAX; BOXES];
         // A look at thick slabs three at a time tells little of each.
-        if let (Some(sight), true) = (self.work.sight, self.work.runs.thick) {
-            self.work.look_at(&self.placing, &sight.fine, (from, 1), (end - from) as usize, &mut classes);
+        if let (Some(skip_table), true) = (self.work.skip_table, self.work.runs.thick) {
+            self.work.query_boxes(&self.transform, &skip_table.fine, (from, 1), (end - from) as usize, &mut classes);
         }
         for k in from..end {
             if classes[(k - from) as usize] == 0 {

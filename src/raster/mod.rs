@@ -5,23 +5,23 @@
 //! ```
 //! Blocks do not depend on tiles: a tile of odd size renders its part of a block. So tiles, like threads, cannot change a pixel.
 
-mod beam;
 mod block;
-mod contents;
+mod block_transform;
 mod counters;
 mod merge;
+mod observer;
 mod pairs;
-mod placing;
+mod ray_intervals;
 mod resolve;
+mod skip;
 mod tiles;
-mod watch;
 
-pub(crate) use beam::{Outer, Spans};
 pub(crate) use block::Work;
-pub(crate) use contents::{Contents, LookAt, Runs, Sight};
 pub(crate) use counters::Counters;
 pub(crate) use merge::{Merging, THICK};
-pub(crate) use pairs::PairWork;
+pub(crate) use observer::Observer;
+pub(crate) use pairs::PairStages;
+pub(crate) use ray_intervals::{EndPieces, Spans};
 pub(crate) use resolve::Resolve;
+pub(crate) use skip::{BrickClasses, QueryBoxes, Runs, SkipTable};
 pub(crate) use tiles::{BlockMask, render_tiles};
-pub(crate) use watch::Watch;

@@ -6,17 +6,17 @@
 //!   --|---------|--------|--------|---------|-------|-->    pieces: entry to f, f to f+1, ..., l to exit
 //! ```
 
-use super::beam::Outer;
 use super::block::March;
-use super::placing::Placing;
-use super::watch::Watch;
+use super::block_transform::BlockTransform;
+use super::observer::Observer;
+use super::ray_intervals::EndPieces;
 use crate::fragment::batch::{BATCH, SIDE};
 use crate::fragment::{BEHIND, Batch, Frame, Stage};
 use crate::lean::extra;
 use std::array;
 
 /// Stages of the lookups besides the slices'.
-pub(crate) struct PairWork<'v> {
+pub(crate) struct PairStages<'v> {
     /// Slices before its own that a slab's classification looks at: 1, or 2 of second order.
     pub(crate) lookback: i64,
     /// From texture coordinates to values that the next slice finds.
@@ -29,7 +29,7 @@ pub(crate) struct PairWork<'v> {
 
 /// Which values of earlier slices a block has at hand.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Kept {
+pub(super) struct ValueHistory {
     /// The slice whose values were kept last.
     slice: i64,
     /// How many slices up to it follow each other.
@@ -38,14 +38,14 @@ pub(super) struct Kept {
     entries: bool,
 }
 
-impl Kept {
+impl ValueHistory {
     fn add(&mut self, k: i64) {
         self.run = if self.run > 0 && self.slice == k - 1 { self.run + 1 } else { 1 };
         self.slice = k;
     }
 }
 
-impl Placing {
+impl BlockTransform {
     /// Sets where the fragments lie when each is at a depth of its own.
     fn place_each(&self, depths: &[f64; BATCH], frame: &Frame<'_>, batch: &mut Batch) {
         let mut at = [0u64; BATCH];
@@ -73,20 +73,20 @@ impl Placing {
     }
 }
 
-impl<'v, W: Watch> March<'_, '_, 'v, W> {
+impl<'v, W: Observer> March<'_, '_, 'v, W> {
     /// Makes the values that slice `k` needs besides its own.
-    pub(super) fn before_pair(&mut self, k: i64, work: &PairWork<'v>) {
-        if !self.kept.entries && k < self.range.last_first + work.lookback {
-            self.kept.entries = true;
+    pub(super) fn before_pair(&mut self, k: i64, work: &PairStages<'v>) {
+        if !self.history.entries && k < self.range.last_first + work.lookback {
+            self.history.entries = true;
             let depths = self.depths(|first, _, pixels, i| {
                 // With whole slabs at the ends, a ray's first piece has the value of its first slice throughout.
-                let piece = if self.work.outer == Outer::WholeBetween { 0.0 } else { f64::from(pixels.first_length[i]) };
+                let piece = if self.work.outer == EndPieces::WholeBetween { 0.0 } else { f64::from(pixels.first_length[i]) };
                 first - piece
             });
             self.fetch_each(&depths, work);
             self.batch.pixels.entry = self.batch.value;
             if work.lookback > 1 {
-                let whole = self.work.outer == Outer::WholeBetween;
+                let whole = self.work.outer == EndPieces::WholeBetween;
                 let first = self.depths(|first, _, pixels, i| first - if whole { 0.0 } else { 0.5 * f64::from(pixels.first_length[i]) });
                 self.fetch_each(&first, work);
                 self.batch.pixels.middle[0] = self.batch.value;
@@ -96,13 +96,13 @@ impl<'v, W: Watch> March<'_, '_, 'v, W> {
             }
         }
         let earliest = (k - work.lookback).max(self.range.any.0);
-        let Kept { slice, run, .. } = self.kept;
+        let ValueHistory { slice, run, .. } = self.history;
         // What is at hand already, if it reaches back far enough.
         let from = if run > 0 && slice >= earliest && slice - run < earliest { slice + 1 } else { earliest };
         let live = self.live_rows();
         for j in from..k {
             self.batch.slice = j as i32;
-            self.placing.place(self.work.sampled(j), self.work.frame, self.batch);
+            self.transform.place(self.work.sampled(j), self.work.frame, self.batch);
             // Rays that have not begun need nothing from before.
             let rows = if j >= self.range.whole.0 && j <= self.range.whole.1 { live } else { live & self.covered_rows() };
             self.batch.rows = rows;
@@ -110,25 +110,25 @@ impl<'v, W: Watch> March<'_, '_, 'v, W> {
             for stage in &work.keep {
                 (stage.run)(self.work.frame, self.batch);
             }
-            self.kept.add(j);
+            self.history.add(j);
         }
-        self.kept.add(k);
+        self.history.add(k);
     }
 
     /// The pieces between the last slices and the rays' exits.
-    pub(super) fn after_pairs(&mut self, work: &PairWork<'v>) {
+    pub(super) fn after_pairs(&mut self, work: &PairStages<'v>) {
         let frame = self.work.frame;
         let left = &self.batch.pixels.transmittance;
-        if self.work.outer == Outer::WholeBetween || !left.iter().any(|&t| t >= frame.terminate) {
+        if self.work.outer == EndPieces::WholeBetween || !left.iter().any(|&t| t >= frame.terminate) {
             return;
         }
         let lasts = self.depths(|_, last, _, _| last);
         let exits = self.depths(|_, last, pixels, i| last + f64::from(pixels.last_length[i]));
-        if let Some(sight) = self.work.sight {
+        if let Some(skip_table) = self.work.skip_table {
             let near = lasts.iter().copied().fold(f64::INFINITY, f64::min);
             let far = exits.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            let (lo, hi) = self.placing.bounds(near, far);
-            if sight.class(lo, hi) == 0 {
+            let (lo, hi) = self.transform.bounds(near, far);
+            if skip_table.class(lo, hi) == 0 {
                 return;
             }
         }
@@ -160,10 +160,10 @@ impl<'v, W: Watch> March<'_, '_, 'v, W> {
         self.batch.slice = BEHIND;
         self.counters.batches += 1;
         self.counters.exits += 1;
-        self.watch.slice(frame, self.batch);
+        self.observer.slice(frame, self.batch);
         for stage in &work.exit {
             (stage.run)(frame, self.batch);
-            self.watch.stage(stage.name, frame, self.batch);
+            self.observer.stage(stage.name, frame, self.batch);
         }
     }
 
@@ -177,8 +177,8 @@ impl<'v, W: Watch> March<'_, '_, 'v, W> {
         })
     }
 
-    fn fetch_each(&mut self, depths: &[f64; BATCH], work: &PairWork<'v>) {
-        self.placing.place_each(depths, self.work.frame, self.batch);
+    fn fetch_each(&mut self, depths: &[f64; BATCH], work: &PairStages<'v>) {
+        self.transform.place_each(depths, self.work.frame, self.batch);
         self.batch.rows = u8::MAX;
         self.counters.fetches += BATCH as u64;
         (work.fetch.run)(self.work.frame, self.batch);

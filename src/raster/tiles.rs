@@ -1,10 +1,10 @@
 //! Tiles: squares of the picture that threads take in turn. Each owns its pixels.
 
-use super::beam::Beams;
 use super::block::{self, Outcome, Work};
 use super::counters::Counters;
+use super::observer::Observer;
+use super::ray_intervals::RayIntervals;
 use super::resolve::Resolve;
-use super::watch::Watch;
 use crate::fragment::Batch;
 use crate::fragment::batch::SIDE;
 use crate::settings::Progress;
@@ -81,17 +81,17 @@ fn cut(pixels: &mut [[f32; 4]], width: usize, side: usize) -> Vec<Tile<'_>> {
 }
 
 /// Renders all tiles of `side` pixels into `pixels` on the current thread pool; with a mask, its blocks alone.
-/// Onlookers are made after `watch`.
-pub(crate) fn render_tiles<W: Watch>(
+/// Observers are made after `observer`.
+pub(crate) fn render_tiles<W: Observer>(
     work: &Work<'_, '_>,
     resolve: &Resolve<'_>,
     side: u32,
     pixels: &mut [[f32; 4]],
     blocks: Option<&BlockMask>,
     progress: Option<&dyn Progress>,
-    watch: &W,
+    observer: &W,
 ) -> Result<(Counters, W)> {
-    let beams = Beams::new(work.stack, work.radial, work.outer, work.level);
+    let intervals = RayIntervals::new(work.stack, work.radial, work.outer, work.level);
     let tiles = cut(pixels, work.stack.view.width as usize, side as usize);
     let (total, done, stopped) = (tiles.len() as u64, AtomicU64::new(0), AtomicBool::new(false));
     // Whoever is free takes the next tile: no thread is left with a row of them while another has none.
@@ -100,10 +100,10 @@ pub(crate) fn render_tiles<W: Watch>(
     let parts = rayon::broadcast(|_| {
         let (mut batch, mut counters, mut seen) = (Batch::new(), Counters::default(), Vec::new());
         while let Some((at, mut tile)) = next() {
-            let mut watch = watch.fresh();
-            render_tile(work, &beams, resolve, blocks, &mut tile, &mut batch, &mut counters, &mut watch);
-            watch.over();
-            seen.push((at, watch));
+            let mut observer = observer.fresh();
+            render_tile(work, &intervals, resolve, blocks, &mut tile, &mut batch, &mut counters, &mut observer);
+            observer.over();
+            seen.push((at, observer));
             let done = done.fetch_add(1, Ordering::Relaxed) + 1;
             if stopped.load(Ordering::Relaxed) || progress.is_some_and(|p| !p.step("rendering", done, total)) {
                 stopped.store(true, Ordering::Relaxed);
@@ -129,32 +129,32 @@ pub(crate) fn render_tiles<W: Watch>(
             None => all = Some(part),
         }
     }
-    Ok((counters, all.unwrap_or_else(|| watch.fresh())))
+    Ok((counters, all.unwrap_or_else(|| observer.fresh())))
 }
 
 #[allow(clippy::too_many_arguments, reason = "what all tiles share, and what a thread has of its own")]
-fn render_tile<W: Watch>(
+fn render_tile<W: Observer>(
     work: &Work<'_, '_>,
-    beams: &Beams<'_>,
+    intervals: &RayIntervals<'_>,
     resolve: &Resolve<'_>,
     blocks: Option<&BlockMask>,
     tile: &mut Tile<'_>,
     batch: &mut Batch,
     counters: &mut Counters,
-    watch: &mut W,
+    observer: &mut W,
 ) {
     let (x0, y0) = (tile.x as usize, tile.y as usize);
     let (x1, y1) = (x0 + tile.rows.first().map_or(0, |r| r.len()), y0 + tile.rows.len());
     let (background, untouched) = (resolve.background(), resolve.untouched(work.start));
     for by in (y0 / SIDE * SIDE..y1).step_by(SIDE) {
         for bx in (x0 / SIDE * SIDE..x1).step_by(SIDE) {
-            if blocks.is_some_and(|m| !m.takes(bx / SIDE, by / SIDE)) || !watch.wants(bx as u32, by as u32) {
+            if blocks.is_some_and(|m| !m.takes(bx / SIDE, by / SIDE)) || !observer.wants(bx as u32, by as u32) {
                 continue;
             }
             let (left, right) = (bx.max(x0), (bx + SIDE).min(x1));
             let (top, bottom) = (by.max(y0), (by + SIDE).min(y1));
             let inside = lanes(left - bx..right - bx, top - by..bottom - by);
-            let outcome = block::render(work, beams, (bx as u32, by as u32), inside, batch, counters, watch);
+            let outcome = block::render(work, intervals, (bx as u32, by as u32), inside, batch, counters, observer);
             for y in top..bottom {
                 let pixels = &mut tile.rows[y - y0][left - x0..right - x0];
                 match outcome {

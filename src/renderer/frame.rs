@@ -1,13 +1,15 @@
 //! One frame: so many slices of a scene, into pixels.
 
-use super::dark::dark;
+use super::hidden_values::hidden_up_to;
 use super::{Renderer, tile_side};
 use crate::fragment::batch::SIDE;
 use crate::fragment::{Frame, FrameFog};
 use crate::lanes::{Level, LookupTable};
 use crate::plan::{self, ChangeClasses, Classes, Needs, Planned, Scaling, Slab, Stages};
 use crate::proxy::Stack;
-use crate::raster::{BlockMask, Contents, Counters, LookAt, Merging, Outer, Resolve, Runs, Sight, THICK, Watch, Work, render_tiles};
+use crate::raster::{
+    BlockMask, BrickClasses, Counters, EndPieces, Merging, Observer, QueryBoxes, Resolve, Runs, SkipTable, THICK, Work, render_tiles,
+};
 use crate::scene::{
     Blend, Ends, Fog, FogDistance, FogWeighting, Method, Premultiplied, SampleAt, Scene, SlabForm, Slicing, TransferFunction, View,
 };
@@ -36,16 +38,16 @@ pub(super) struct TransferData {
     table: Arc<LookupTable>,
     /// A table over values on their own, beside one over pairs.
     fine: Option<Arc<LookupTable>>,
-    contents: Arc<Contents>,
-    sight: Option<Sight>,
+    contents: Arc<BrickClasses>,
+    skip_table: Option<SkipTable>,
     thick: Option<ThickData>,
 }
 
 /// What slabs several times as thick need.
 struct ThickData {
     tables: ThickTables,
-    contents: Contents,
-    sight: Option<Sight>,
+    contents: BrickClasses,
+    skip_table: Option<SkipTable>,
 }
 
 /// Tables for slabs as thick as each of [`THICK`], and the opacity of the strongest plain slab.
@@ -53,15 +55,15 @@ type ThickTables = ([Arc<LookupTable>; 2], f32);
 
 impl TransferData {
     /// What bricks hold, as a frame of `runs` looks at it; and the tables of slabs several times as thick, where they `merge`.
-    fn sight(&mut self, runs: &Runs, merge: bool) -> (&Sight, Option<ThickTables>) {
-        let (contents, sight, tables) = match &mut self.thick {
-            Some(t) if merge => (&t.contents, &mut t.sight, Some(t.tables.clone())),
-            _ => (&*self.contents, &mut self.sight, None),
+    fn skip_table(&mut self, runs: &Runs, merge: bool) -> (&SkipTable, Option<ThickTables>) {
+        let (contents, skip_table, tables) = match &mut self.thick {
+            Some(t) if merge => (&t.contents, &mut t.skip_table, Some(t.tables.clone())),
+            _ => (&*self.contents, &mut self.skip_table, None),
         };
-        if sight.as_ref().is_none_or(|s| s.sides() != runs.sides) {
-            *sight = None;
+        if skip_table.as_ref().is_none_or(|s| s.sides() != runs.sides) {
+            *skip_table = None;
         }
-        (sight.get_or_insert_with(|| Sight::new(contents, runs.sides)), tables)
+        (skip_table.get_or_insert_with(|| SkipTable::new(contents, runs.sides)), tables)
     }
 }
 
@@ -69,31 +71,31 @@ impl TransferData {
 const KEPT: usize = 8;
 
 /// A picture in the making: what frames of it share.
-pub(super) struct Shot<'s, W> {
+pub(super) struct RenderJob<'s, W> {
     pub(super) scene: &'s Scene,
     pub(super) view: View,
     pub(super) clock: Clock,
-    pub(super) watch: W,
+    pub(super) observer: W,
 }
 
 impl Renderer<'_> {
     /// Fills `pixels` with the scene in `count` slices, pixels ending at transmittance `terminate`; with a mask, its blocks alone.
-    pub(super) fn frame<W: Watch>(
+    pub(super) fn frame<W: Observer>(
         &mut self,
-        shot: &mut Shot<'_, W>,
+        job: &mut RenderJob<'_, W>,
         count: u64,
         terminate: f32,
         blocks: Option<&BlockMask>,
         pixels: &mut [[f32; 4]],
-    ) -> Result<Finished> {
-        let (scene, view) = (shot.scene, &shot.view);
+    ) -> Result<FrameResult> {
+        let (scene, view) = (job.scene, &job.view);
         let volume = self.volume;
         let Some(prepared) = &self.volume_data else {
             return Err(Error::invalid("a frame before the volume is prepared"));
         };
         let VolumeData { bricks, scaling, .. } = prepared;
         let stack = Stack::new(volume.grid(), view, scene.clip_planes(), count);
-        let transfer_data = shot.clock.prepare(|| {
+        let transfer_data = job.clock.prepare(|| {
             let unit = scene.opacity_unit().unwrap_or_else(|| volume.grid().smallest_spacing());
             let ratio = if stack.is_empty() { 1.0 } else { stack.spacing / unit };
             let method = plan::method(scene);
@@ -114,22 +116,22 @@ impl Renderer<'_> {
         });
         let Parts { mut frame, needs, stages } = Parts::new(scene, volume, prepared, transfer_data, &stack, terminate, self.level);
         // Where empty slices count, or are looked at, all rows do.
-        if needs.skip && !W::SEES {
-            frame.clear = clear(transfer_data);
+        if needs.skip && !W::OBSERVES {
+            frame.first_visible = clear(transfer_data);
             if !needs.method.is_pre_integrated() {
-                frame.dark = dark(frame.voxels.voxel_type(), frame.table_low, frame.table_scale, frame.clear);
+                frame.hidden_up_to = hidden_up_to(frame.voxels.voxel_type(), frame.table_low, frame.table_scale, frame.first_visible);
             }
         }
         let outer = match (needs.method.is_pre_integrated(), needs.method.ends) {
-            (false, Ends::Partial) => Outer::Partial,
-            (false, Ends::Whole) => Outer::Whole,
-            (true, Ends::Partial) => Outer::Between,
-            (true, Ends::Whole) => Outer::WholeBetween,
+            (false, Ends::Partial) => EndPieces::Partial,
+            (false, Ends::Whole) => EndPieces::Whole,
+            (true, Ends::Partial) => EndPieces::Between,
+            (true, Ends::Whole) => EndPieces::WholeBetween,
         };
         let runs = Runs::new(&stack, outer.between(), needs.merge);
-        let (sight, thick) = if needs.skip {
-            let (sight, thick) = transfer_data.sight(&runs, needs.merge);
-            (Some(sight), thick)
+        let (skip_table, thick) = if needs.skip {
+            let (skip_table, thick) = transfer_data.skip_table(&runs, needs.merge);
+            (Some(skip_table), thick)
         } else {
             (None, None)
         };
@@ -139,9 +141,9 @@ impl Renderer<'_> {
             stack: &stack,
             fog: scene.fog().filter(|_| needs.fog.is_some()),
             order: needs.order,
-            sight,
+            skip_table,
             runs,
-            look: [self.level.kernel::<LookAt<false>, _, _>(), self.level.kernel::<LookAt<true>, _, _>()],
+            query: [self.level.kernel::<QueryBoxes<false>, _, _>(), self.level.kernel::<QueryBoxes<true>, _, _>()],
             span: stages.span,
             whole: stages.whole,
             partial: stages.partial,
@@ -176,13 +178,13 @@ impl Renderer<'_> {
             // What becomes one depends on all of a block's pixels: no tile may cut one.
             let tile = if needs.merge { tile.next_multiple_of(SIDE as u32) } else { tile };
             let seen;
-            (counters, seen) = render_tiles(&work, &resolve, tile, pixels, blocks, self.settings.progress.as_deref(), &shot.watch)?;
-            shot.watch.merge(seen);
+            (counters, seen) = render_tiles(&work, &resolve, tile, pixels, blocks, self.settings.progress.as_deref(), &job.observer)?;
+            job.observer.merge(seen);
         }
         let loads = needs.loads(volume, prepared.packed.is_some(), scaling);
         let planned = plan::planned(scene, volume, &needs, loads);
         let visible_share = needs.skip.then(|| transfer_data.contents.share());
-        Ok(Finished { counters, frames: 1, slices: stack.count, planned, method: scene.method(), visible_share })
+        Ok(FrameResult { counters, frames: 1, slices: stack.count, planned, method: scene.method(), visible_share })
     }
 }
 
@@ -229,7 +231,7 @@ impl Renderer<'_> {
 }
 
 /// What a frame took, or several frames that make up one picture.
-pub(super) struct Finished {
+pub(super) struct FrameResult {
     pub(super) counters: Counters,
     pub(super) frames: u64,
     pub(super) slices: u64,
@@ -239,7 +241,7 @@ pub(super) struct Finished {
     visible_share: Option<f64>,
 }
 
-impl Finished {
+impl FrameResult {
     /// Adds a further frame of the same picture.
     pub(super) fn add(&mut self, other: &Self) {
         self.cost(other);
@@ -308,12 +310,12 @@ fn prepare_transfer(
     let fine = classes.fine().map(|layout| Arc::new(layout.table(transfer, slab)));
     let contents = match kept.iter().find(|k| k.classes == classes) {
         Some(kept) => kept.contents.clone(),
-        None => Arc::new(Contents::new(bricks, |lo, hi| {
+        None => Arc::new(BrickClasses::new(bricks, |lo, hi| {
             let (lo, hi) = sorted(lo, hi);
             u8::from(classes.opaque_within(lo, hi))
         })),
     };
-    TransferData { transfer: transfer.clone(), slab, pairs, classes, table, fine, contents, sight: None, thick: None }
+    TransferData { transfer: transfer.clone(), slab, pairs, classes, table, fine, contents, skip_table: None, thick: None }
 }
 
 /// What it takes to make one slab of several like those of `data`; nothing where values come in pairs.
@@ -321,7 +323,7 @@ fn prepare_thick(data: &TransferData, volume: &Volume, bricks: &Bricks) -> Optio
     let Classes::Values(layout) = &data.classes else { return None };
     let classes = ChangeClasses::new(&data.table, data.classes.range(), data.classes.last());
     let (slope, intercept) = volume.rescale();
-    let contents = Contents::new(bricks, |lo, hi| {
+    let contents = BrickClasses::new(bricks, |lo, hi| {
         let (a, b) = (lo * slope + intercept, hi * slope + intercept);
         let (a, b) = (a.min(b), a.max(b));
         // Classes are too coarse to tell what shows from what does not.
@@ -331,7 +333,7 @@ fn prepare_thick(data: &TransferData, volume: &Volume, bricks: &Bricks) -> Optio
         let slab = Slab { ratio: count as f64 * data.slab.ratio, ..data.slab };
         Arc::new(layout.table(&data.transfer, slab))
     });
-    Some(ThickData { tables: (tables, plan::strongest(&data.table)), contents, sight: None })
+    Some(ThickData { tables: (tables, plan::strongest(&data.table)), contents, skip_table: None })
 }
 
 /// Constants of the frame, and whether the table's scale has to be applied in two steps.
@@ -377,8 +379,8 @@ fn make_frame<'v>(
         table_low: low as f32,
         table_scale,
         table_last: last as f32,
-        clear: 0.0,
-        dark: None,
+        first_visible: 0.0,
+        hidden_up_to: None,
         fine,
         terminate,
         fog: scene.fog().map(|f| FrameFog {
@@ -393,7 +395,7 @@ fn make_frame<'v>(
 
 /// The table position up to which slabs show nothing.
 fn clear(data: &TransferData) -> f32 {
-    let clear = data.table.clear(data.classes.last() + 1);
+    let clear = data.table.hidden_intervals(data.classes.last() + 1);
     // Entries of the finer table may reach into the next interval.
     (if data.fine.is_some() { clear.saturating_sub(1) } else { clear }) as f32
 }

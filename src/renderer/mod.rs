@@ -1,11 +1,11 @@
 //! Volume and scene in, picture and statistics out.
 
-mod approach;
-mod dark;
+mod adaptive;
 mod frame;
+mod hidden_values;
 mod opengl;
 pub(crate) mod refine;
-mod survey;
+mod sample;
 
 use crate::fragment::batch::SIDE;
 use crate::lanes::Level;
@@ -13,7 +13,7 @@ use crate::opengl::{Texture, TextureKey};
 use crate::picture::Picture;
 use crate::plan::Scaling;
 use crate::proxy::Stack;
-use crate::raster::Watch;
+use crate::raster::Observer;
 use crate::scene::{Blend, MAX_SLICES, Method, Scene, Slicing, View};
 use crate::tally::{LeftOut, Tally};
 use crate::volume::packed::Packed;
@@ -21,7 +21,7 @@ use crate::{Error, Result, Settings, Volume};
 pub(crate) use frame::Parts;
 #[cfg(feature = "explain")]
 pub(crate) use frame::start_values;
-use frame::{Clock, Shot, TransferData, VolumeData};
+use frame::{Clock, RenderJob, TransferData, VolumeData};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 /// Sides of a tile when the settings leave it open: multiples of the block.
@@ -93,29 +93,29 @@ impl<'v> Renderer<'v> {
     /// [`Error::Invalid`] when the scene's camera cannot be resolved for the volume's box or the settings make no sense,
     /// [`Error::Stopped`] when progress said so.
     pub fn render(&mut self, scene: &Scene) -> Result<(Picture, RenderStats)> {
-        let (picture, stats, ()) = self.render_watched(scene, ())?;
+        let (picture, stats, ()) = self.render_observed(scene, ())?;
         Ok((picture, stats))
     }
 
-    /// As [`Renderer::render`], while `watch` looks on.
-    pub(crate) fn render_watched<W: Watch>(&mut self, scene: &Scene, watch: W) -> Result<(Picture, RenderStats, W)> {
+    /// As [`Renderer::render`], while `observer` looks on.
+    pub(crate) fn render_observed<W: Observer>(&mut self, scene: &Scene, observer: W) -> Result<(Picture, RenderStats, W)> {
         let pool = match self.pool.take() {
             Some(pool) => pool,
             None => make_pool(self.settings.threads)?,
         };
-        let result = pool.install(|| self.render_here(scene, watch));
+        let result = pool.install(|| self.render_here(scene, observer));
         self.pool = Some(pool);
         result
     }
 
-    /// As [`Renderer::render_watched`], on the current thread pool.
-    fn render_here<W: Watch>(&mut self, scene: &Scene, watch: W) -> Result<(Picture, RenderStats, W)> {
+    /// As [`Renderer::render_observed`], on the current thread pool.
+    fn render_here<W: Observer>(&mut self, scene: &Scene, observer: W) -> Result<(Picture, RenderStats, W)> {
         if self.settings.tile == Some(0) {
             return Err(Error::invalid("tile 0: a tile has at least one pixel"));
         }
         if let Some(state) = scene.opengl() {
             let (picture, stats) = self.draw(scene, state)?;
-            return Ok((picture, stats, watch));
+            return Ok((picture, stats, observer));
         }
         let mut clock = Clock::default();
         let volume = self.volume;
@@ -133,10 +133,10 @@ impl<'v> Renderer<'v> {
         let view = scene.camera().resolve(volume.grid(), width, height)?;
         let mut warnings = Vec::new();
         let mut pixels = canvas(width, height)?;
-        let mut shot = Shot { scene, view, clock, watch };
+        let mut job = RenderJob { scene, view, clock, observer };
         let (mut done, mut estimate) = match scene.slicing() {
             Slicing::Tolerance(tolerance) => {
-                let (done, error) = self.reach(&mut shot, tolerance, &mut pixels)?;
+                let (done, error) = self.reach(&mut job, tolerance, &mut pixels)?;
                 if let Some(why) = doubt(scene.blend(), (width.div_ceil(SIDE as u32) * height.div_ceil(SIDE as u32)).into()) {
                     warnings.push(format!("tolerance {tolerance}: {why}, and the error may be several times the one estimated"));
                 }
@@ -148,13 +148,13 @@ impl<'v> Renderer<'v> {
                 }
                 (done, Some(error))
             }
-            Slicing::Count(count) => self.in_slices(&mut shot, count, &mut pixels)?,
+            Slicing::Count(count) => self.in_slices(&mut job, count, &mut pixels)?,
             Slicing::Spacing(spacing) => {
-                let count = slice_count(spacing, volume, &shot.view)?;
-                self.in_slices(&mut shot, count, &mut pixels)?
+                let count = slice_count(spacing, volume, &job.view)?;
+                self.in_slices(&mut job, count, &mut pixels)?
             }
         };
-        let Shot { clock, watch, .. } = shot;
+        let RenderJob { clock, observer, .. } = job;
         if done.slices == 0 {
             warnings.push("the whole box lies behind the eye: nothing to see".to_owned());
         } else if done.counters.fragments + done.counters.corners == 0 {
@@ -183,7 +183,7 @@ impl<'v> Renderer<'v> {
             non_finite_voxels: non_finite,
             warnings,
         };
-        Ok((Picture::new(width, height, pixels), stats, watch))
+        Ok((Picture::new(width, height, pixels), stats, observer))
     }
 }
 

@@ -1,7 +1,7 @@
 //! How evenly a frame's work falls on threads: measured on those there are, and worked out for more.
 
 use super::record::{Balance, Shared};
-use crate::raster::Watch;
+use crate::raster::Observer;
 use crate::scene::{Method, Slicing};
 use crate::{Renderer, Result, Scene, Settings, Volume};
 use std::time::Instant;
@@ -28,7 +28,7 @@ struct TileClock {
     spans: Vec<Span>,
 }
 
-impl Watch for TileClock {
+impl Observer for TileClock {
     fn fresh(&self) -> Self {
         let start = Instant::now();
         Self { spans: vec![Span { thread: rayon::current_thread_index().unwrap_or(0), start, end: start }] }
@@ -91,7 +91,7 @@ pub(super) fn measure(volume: &Volume, scene: &Scene, settings: &Settings, slice
             if frame >= LEAST && left() <= 0.0 {
                 break;
             }
-            let (_, stats, clock) = renderer.render_watched(&scene, TileClock::default())?;
+            let (_, stats, clock) = renderer.render_observed(&scene, TileClock::default())?;
             threads = stats.threads;
             let times = clock.spans.iter().map(|s| (s.end - s.start).as_secs_f64());
             tiles.resize(clock.spans.len(), f64::INFINITY);

@@ -21,9 +21,9 @@ mod precision;
 mod record;
 mod report;
 
+mod observer;
 mod stability;
 mod stages;
-mod watch;
 
 pub use methods::{METHODS, NamedMethod};
 pub use precision::{Options, Study, study};

@@ -1,8 +1,8 @@
 //! Where the time of a frame goes.
 
 use super::methods::NamedMethod;
+use super::observer::StageClock;
 use super::record::StageTime;
-use super::watch::StageClock;
 use crate::scene::Slicing;
 use crate::{Error, Renderer, Result, Scene};
 
@@ -33,13 +33,13 @@ pub(super) fn measure(
             Err(_) => continue,
         };
         // The watched frame with the least disturbance tells the shares, the shortest plain one what they are shares of.
-        let (_, stats, mut clock) = renderer.render_watched(&scene, StageClock::default())?;
+        let (_, stats, mut clock) = renderer.render_observed(&scene, StageClock::default())?;
         let mut watched = stats.render_seconds;
         for _ in 0..8 {
             if left() <= 0.0 {
                 break;
             }
-            let (_, stats, seen) = renderer.render_watched(&scene, StageClock::default())?;
+            let (_, stats, seen) = renderer.render_observed(&scene, StageClock::default())?;
             if stats.render_seconds < watched {
                 (watched, clock) = (stats.render_seconds, seen);
             }

@@ -16,14 +16,14 @@ const LINE: usize = 64;
 /// starts there.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Packed {
-    pub(crate) pairs: Pairs,
+    pub(crate) pairs: PackedPairs,
     /// Distance in pairs to the next voxel along y and along z.
     pub(crate) strides: [usize; 2],
 }
 
 /// What is packed.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Pairs {
+pub(crate) enum PackedPairs {
     /// 8-bit voxels.
     Of8(Vec<u16>),
     /// 16-bit voxels.
@@ -39,12 +39,12 @@ impl Packed {
         let bytes = |voxels: &[u8]| {
             let strides = strides(dims, size_of::<u16>());
             let pair = |here, below| u16::from(here) | u16::from(below) << 8;
-            Self { pairs: Pairs::Of8(paired(voxels, dims, strides, pair)), strides }
+            Self { pairs: PackedPairs::Of8(paired(voxels, dims, strides, pair)), strides }
         };
         let words = |voxels: &[u16]| {
             let strides = strides(dims, size_of::<u32>());
             let pair = |here, below| u32::from(here) | u32::from(below) << 16;
-            Self { pairs: Pairs::Of16(paired(voxels, dims, strides, pair)), strides }
+            Self { pairs: PackedPairs::Of16(paired(voxels, dims, strides, pair)), strides }
         };
         Some(match voxels {
             Voxels::U8(v) => bytes(v),
@@ -100,7 +100,7 @@ mod tests {
             let below = |i: usize| if i / nx % ny + 1 < ny { i + nx } else { i };
             let bytes: Vec<u8> = (0..nx * ny * nz).map(|i| (i * 37) as u8).collect();
             let packed = Packed::new(&Voxels::U8(bytes.clone().into()), dims).unwrap();
-            let Pairs::Of8(pairs) = packed.pairs else { panic!("{dims:?}") };
+            let PackedPairs::Of8(pairs) = packed.pairs else { panic!("{dims:?}") };
             let at = |i: usize, [row, layer]: [usize; 2]| i % nx + i / nx % ny * row + i / (nx * ny) * layer;
             for i in 0..bytes.len() {
                 assert_eq!(pairs[at(i, packed.strides)].to_le_bytes(), [bytes[i], bytes[below(i)]], "{dims:?} {i}");
@@ -109,7 +109,7 @@ mod tests {
             let words: Vec<i16> = (0..nx * ny * nz).map(|i| (i * 3700) as i16).collect();
             let bits = |i: usize| u32::from(words[i] as u16);
             let packed = Packed::new(&Voxels::I16(words.clone().into()), dims).unwrap();
-            let Pairs::Of16(pairs) = packed.pairs else { panic!("{dims:?}") };
+            let PackedPairs::Of16(pairs) = packed.pairs else { panic!("{dims:?}") };
             for i in 0..words.len() {
                 assert_eq!(pairs[at(i, packed.strides)], bits(below(i)) << 16 | bits(i), "{dims:?} {i}");
             }

@@ -3,7 +3,7 @@
 use super::Row;
 use crate::fragment::{Batch, Frame, batch::BATCH};
 use crate::proxy::Stack;
-use crate::raster::Watch;
+use crate::raster::Observer;
 use crate::reference::{Region, closed, image};
 use crate::scene::{Camera, Placement, Projection, Slicing, TransferFunction};
 use crate::volume::{Grid, Voxels};
@@ -26,7 +26,7 @@ impl Default for Descent {
     }
 }
 
-impl Watch for Descent {
+impl Observer for Descent {
     fn fresh(&self) -> Self {
         Self::default()
     }
@@ -86,7 +86,7 @@ impl<'s> Bench<'s> {
 
     /// A picture, what it cost, and what became of transmittances on the way.
     pub(super) fn render(&self, volume: &Volume, scene: &Scene) -> Result<(Picture, RenderStats, Descent)> {
-        Renderer::new(volume, self.settings.clone()).render_watched(scene, Descent::default())
+        Renderer::new(volume, self.settings.clone()).render_observed(scene, Descent::default())
     }
 
     /// Renders a case and says whether it holds.

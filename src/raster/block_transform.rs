@@ -1,12 +1,12 @@
 //! Where the fragments of a block lie in the volume, slice by slice.
 
-use super::contents::{Look, Windows};
+use super::skip::{BoxQuery, Windows};
 use crate::fragment::batch::SIDE;
 use crate::fragment::{Batch, Frame};
 use crate::proxy::Stack;
 
 /// Index coordinates of a block as functions of depth: `start + d * slope` for its first pixel, and the block's extent.
-pub(super) struct Placing {
+pub(super) struct BlockTransform {
     pub(super) start: [f64; 3],
     pub(super) slope: [f64; 3],
     pub(super) across: [f64; 3],
@@ -24,7 +24,7 @@ pub(super) struct Placing {
     thick: bool,
 }
 
-impl Placing {
+impl BlockTransform {
     pub(super) fn new(stack: &Stack, strides: [usize; 3], forward: f64, x: f64, y: f64) -> Self {
         let (mut start, mut slope) = ([0.0; 3], [0.0; 3]);
         let across = stack.index.map(|f| f.b);
@@ -62,7 +62,7 @@ impl Placing {
     }
 
     /// Boxes of `count` runs of slices: `near` and `far` are the first run's first and last depth, `step` is the way to the next.
-    pub(super) fn boxes<'w>(&self, windows: &'w Windows, (near, far): (f64, f64), step: f64, count: usize) -> Look<'w> {
+    pub(super) fn boxes<'w>(&self, windows: &'w Windows, (near, far): (f64, f64), step: f64, count: usize) -> BoxQuery<'w> {
         let (mut at, mut steps) = ([0.0; 8], [0.0; 8]);
         for axis in 0..3 {
             for (end, extent) in self.extent.iter().enumerate() {
@@ -77,7 +77,7 @@ impl Placing {
                 steps[4 * end + axis] = step * slope;
             }
         }
-        Look::new(windows, (at, steps), count, !self.perspective)
+        BoxQuery::new(windows, (at, steps), count, !self.perspective)
     }
 
     /// Sets what is the same at all depths.

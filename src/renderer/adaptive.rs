@@ -1,25 +1,25 @@
 //! Ways to a picture that take more than one frame: extrapolation, an error estimated, an error asked for.
 
 use super::Renderer;
-use super::frame::{Finished, Shot};
+use super::frame::{FrameResult, RenderJob};
 use super::refine::{self, Reached};
-use super::survey::{self, Surveyed};
+use super::sample::{self, Sampled};
 use crate::plan::{Planned, Saving};
 use crate::proxy::Stack;
-use crate::raster::{BlockMask, Watch};
+use crate::raster::{BlockMask, Observer};
 use crate::scene::{Blend, Classification, MAX_SLICES, Method, Scene};
 use crate::{Error, Result};
 
 impl Renderer<'_> {
     /// `pixels` in `count` slices as the scene's method says; and the RMS error of red, green and blue, where settings ask for it.
-    pub(super) fn in_slices<W: Watch>(
+    pub(super) fn in_slices<W: Observer>(
         &mut self,
-        shot: &mut Shot<'_, W>,
+        job: &mut RenderJob<'_, W>,
         count: u64,
         pixels: &mut Vec<[f32; 4]>,
-    ) -> Result<(Finished, Option<f64>)> {
-        let method = crate::plan::method(shot.scene);
-        let terminate = shot.scene.terminate();
+    ) -> Result<(FrameResult, Option<f64>)> {
+        let method = crate::plan::method(job.scene);
+        let terminate = job.scene.terminate();
         let finer = |count: u64| {
             (2 * count <= MAX_SLICES).then_some(2 * count).ok_or(Error::Limit {
                 what: format!("twice {count} slices, for extrapolation or an estimate"),
@@ -27,11 +27,11 @@ impl Renderer<'_> {
                 limit: u128::from(MAX_SLICES),
             })
         };
-        let mut done = self.frame(shot, count, terminate, None, pixels)?;
+        let mut done = self.frame(job, count, terminate, None, pixels)?;
         if method.extrapolate {
             let before = pixels.clone();
             let mut coarse = before.clone();
-            done.add(&self.frame(shot, finer(count)?, terminate, None, pixels)?);
+            done.add(&self.frame(job, finer(count)?, terminate, None, pixels)?);
             extrapolate(&mut coarse, pixels, method);
             // On real data the series is not smooth, and what is extrapolated may be no better than the pictures it came from.
             let error = self.settings.estimate.then(|| rms(&before, pixels));
@@ -43,29 +43,29 @@ impl Renderer<'_> {
         }
         let mut fine = pixels.clone();
         // Ending pixels early is an error too.
-        done.cost(&self.frame(shot, finer(count)?, terminate * LATER, None, &mut fine)?);
+        done.cost(&self.frame(job, finer(count)?, terminate * LATER, None, &mut fine)?);
         Ok((done, Some(rms(pixels, &fine) * share(method))))
     }
 
     /// `pixels` to `tolerance`, each block in as many slices as it needs; and the error estimated.
     ///
     /// Where the scene leaves the method open, slabs of second order are tried on some blocks.
-    pub(super) fn reach<W: Watch>(
+    pub(super) fn reach<W: Observer>(
         &mut self,
-        shot: &mut Shot<'_, W>,
+        job: &mut RenderJob<'_, W>,
         tolerance: f64,
         pixels: &mut Vec<[f32; 4]>,
-    ) -> Result<(Finished, f64)> {
-        let second = Method { classification: Classification::SecondOrder, ..shot.scene.method() };
-        let free = shot.scene.method() == Method::default() && shot.scene.blend() == Blend::Over;
+    ) -> Result<(FrameResult, f64)> {
+        let second = Method { classification: Classification::SecondOrder, ..job.scene.method() };
+        let free = job.scene.method() == Method::default() && job.scene.blend() == Blend::Over;
         // What an error is asked for, slabs may become one wherever the method lets them.
-        let method = Method { merge: true, ..shot.scene.method() };
-        let merging = shot.scene.clone().with_method(method).ok().filter(|s| crate::plan::method(s).merge);
-        if let Some(found) = self.in_stead(shot, merging.as_ref(), |r, shot| r.refined(shot, tolerance, pixels, free.then_some(second)))? {
+        let method = Method { merge: true, ..job.scene.method() };
+        let merging = job.scene.clone().with_method(method).ok().filter(|s| crate::plan::method(s).merge);
+        if let Some(found) = self.in_stead(job, merging.as_ref(), |r, job| r.refined(job, tolerance, pixels, free.then_some(second)))? {
             return Ok(found);
         }
-        let scene = shot.scene.clone().with_method(second)?;
-        let found = self.in_stead(shot, Some(&scene), |r, shot| r.refined(shot, tolerance, pixels, None));
+        let scene = job.scene.clone().with_method(second)?;
+        let found = self.in_stead(job, Some(&scene), |r, job| r.refined(job, tolerance, pixels, None));
         let (mut done, error) = found?.ok_or_else(|| Error::invalid("a picture without a frame"))?;
         done.planned.push(Planned::new(
             "midpoint slabs",
@@ -75,41 +75,41 @@ impl Renderer<'_> {
         Ok((done, error))
     }
 
-    /// Does `work` with another scene in the place of the shot's own, where there is one.
-    fn in_stead<W: Watch, R>(
+    /// Does `work` with another scene in the place of the job's own, where there is one.
+    fn in_stead<W: Observer, R>(
         &mut self,
-        shot: &mut Shot<'_, W>,
+        job: &mut RenderJob<'_, W>,
         scene: Option<&Scene>,
-        work: impl FnOnce(&mut Self, &mut Shot<'_, W>) -> R,
+        work: impl FnOnce(&mut Self, &mut RenderJob<'_, W>) -> R,
     ) -> R {
-        let scene = scene.unwrap_or(shot.scene);
-        let mut other = Shot { scene, view: shot.view, clock: std::mem::take(&mut shot.clock), watch: shot.watch.fresh() };
+        let scene = scene.unwrap_or(job.scene);
+        let mut other = RenderJob { scene, view: job.view, clock: std::mem::take(&mut job.clock), observer: job.observer.fresh() };
         let result = work(self, &mut other);
-        shot.clock = other.clock;
-        shot.watch.merge(other.watch);
+        job.clock = other.clock;
+        job.observer.merge(other.observer);
         result
     }
 
     /// `pixels` by the scene's method; `None` when `other` is worth beginning again for.
-    fn refined<W: Watch>(
+    fn refined<W: Observer>(
         &mut self,
-        shot: &mut Shot<'_, W>,
+        job: &mut RenderJob<'_, W>,
         tolerance: f64,
         pixels: &mut Vec<[f32; 4]>,
         other: Option<Method>,
-    ) -> Result<Option<(Finished, f64)>> {
+    ) -> Result<Option<(FrameResult, f64)>> {
         let grid = self.volume.grid();
-        let depth = Stack::depth_range(grid, &shot.view).map_or(0.0, |(near, far)| far - near);
+        let depth = Stack::depth_range(grid, &job.view).map_or(0.0, |(near, far)| far - near);
         let first = refine::first_count(depth, grid.smallest_spacing());
-        let terminate = refine::terminate(shot.scene.terminate(), tolerance);
-        let (width, height) = (shot.view.width as usize, shot.view.height as usize);
+        let terminate = refine::terminate(job.scene.terminate(), tolerance);
+        let (width, height) = (job.view.width as usize, job.view.height as usize);
         // Values that are projected are no sums over slabs: their errors fall with the slices' number at best.
-        let values = !matches!(shot.scene.blend(), Blend::Over | Blend::Add);
-        let first_order = values || crate::plan::method(shot.scene).order() == 1;
-        let parts = std::cell::RefCell::new((self, shot, None::<Finished>));
+        let values = !matches!(job.scene.blend(), Blend::Over | Blend::Add);
+        let first_order = values || crate::plan::method(job.scene).order() == 1;
+        let parts = std::cell::RefCell::new((self, job, None::<FrameResult>));
         let render = |count: u64, blocks: Option<&BlockMask>, pixels: &mut Vec<[f32; 4]>| {
-            let (renderer, shot, done) = &mut *parts.borrow_mut();
-            let part = renderer.frame(shot, count, terminate, blocks, pixels)?;
+            let (renderer, job, done) = &mut *parts.borrow_mut();
+            let part = renderer.frame(job, count, terminate, blocks, pixels)?;
             match done {
                 Some(done) => done.add(&part),
                 None => *done = Some(part),
@@ -118,43 +118,43 @@ impl Renderer<'_> {
         };
         let tried = std::cell::Cell::new(false);
         // Frames that are no part of the picture.
-        let besides = std::cell::RefCell::new(None::<Finished>);
-        let cost = |part: Finished| match &mut *besides.borrow_mut() {
+        let besides = std::cell::RefCell::new(None::<FrameResult>);
+        let cost = |part: FrameResult| match &mut *besides.borrow_mut() {
             Some(all) => all.cost(&part),
             none => *none = Some(part),
         };
         let sample = |count: u64, blocks: &BlockMask, pixels: &mut Vec<[f32; 4]>| {
-            let (renderer, shot, _) = &mut *parts.borrow_mut();
-            let mut some = Shot { scene: shot.scene, view: shot.view, clock: std::mem::take(&mut shot.clock), watch: () };
+            let (renderer, job, _) = &mut *parts.borrow_mut();
+            let mut some = RenderJob { scene: job.scene, view: job.view, clock: std::mem::take(&mut job.clock), observer: () };
             let part = renderer.frame(&mut some, count, terminate, Some(blocks), pixels);
-            shot.clock = some.clock;
+            job.clock = some.clock;
             cost(part?);
             Ok(())
         };
         let worth = |count: u64, blocks: &BlockMask, difference: f64| {
             let Some(method) = other else { return Ok(false) };
             tried.set(true);
-            let (renderer, shot, _) = &mut *parts.borrow_mut();
-            let scene = shot.scene.clone().with_method(method)?;
+            let (renderer, job, _) = &mut *parts.borrow_mut();
+            let scene = job.scene.clone().with_method(method)?;
             let mut fine = vec![[0.0; 4]; width * height];
             let mut coarse = fine.clone();
-            let mut trial = Shot { scene: &scene, view: shot.view, clock: std::mem::take(&mut shot.clock), watch: () };
+            let mut trial = RenderJob { scene: &scene, view: job.view, clock: std::mem::take(&mut job.clock), observer: () };
             let frames = renderer
                 .frame(&mut trial, count / 2, terminate, Some(blocks), &mut coarse)
                 .and_then(|a| Ok([a, renderer.frame(&mut trial, count, terminate, Some(blocks), &mut fine)?]));
-            shot.clock = trial.clock;
+            job.clock = trial.clock;
             frames?.into_iter().for_each(&cost);
             let others: f64 = refine::differences(&coarse, &fine, blocks).iter().sum();
             Ok(refine::better(difference, others))
         };
-        let reached = match survey::survey(tolerance, (first, first_order), (width, height), pixels, sample, worth)? {
-            Surveyed::Count(count, error) => {
+        let reached = match sample::sample(tolerance, (first, first_order), (width, height), pixels, sample, worth)? {
+            Sampled::Count(count, error) => {
                 render(count, None, pixels)?;
                 let all = BlockMask::none(width, height).len();
                 Some(Reached { error, levels: vec![(count, all)] })
             }
-            Surveyed::Other => None,
-            Surveyed::Unsure => refine::refine(tolerance, (first, first_order), width, pixels, render, worth)?,
+            Sampled::Other => None,
+            Sampled::Unsure => refine::refine(tolerance, (first, first_order), width, pixels, render, worth)?,
         };
         let (_, _, done) = parts.into_inner();
         let Some((mut done, reached)) = done.zip(reached) else { return Ok(None) };

@@ -1,6 +1,6 @@
 //! Where the rays of a block enter and leave, eight at a time: the slices between, and the lengths of the outermost pieces.
 
-use super::Outer;
+use super::EndPieces;
 use crate::fragment::PixelBlock;
 use crate::fragment::batch::{BATCH, SIDE, row_mut};
 use crate::lanes::{Kernel, Lanes};
@@ -33,7 +33,7 @@ pub(super) struct Crossings {
     near: f64,
     per_slice: f64,
     count: f64,
-    outer: Outer,
+    outer: EndPieces,
     /// Bound on the rounding error of entries and exits, in slices.
     pub(super) error: f64,
     /// Pixels that belong to the picture and the tile, one bit each.
@@ -62,7 +62,7 @@ impl Spans {
 }
 
 impl Crossings {
-    pub(super) fn new((perspective, near, spacing, count): (bool, f64, f64, u64), outer: Outer, inside: u64) -> Self {
+    pub(super) fn new((perspective, near, spacing, count): (bool, f64, f64, u64), outer: EndPieces, inside: u64) -> Self {
         Self {
             sides: [Crossing::default(); SIDES],
             len: 0,
@@ -243,9 +243,11 @@ impl Kernel<Crossings, PixelBlock> for RayEnds {
             let settled = hit & !empty & !unsettled;
             let (first_d, last_d) = (L::to_d(first), L::to_d(last));
             let (to_first, from_last) = match w.outer {
-                Outer::Whole | Outer::WholeBetween => (L::splat(1.0), L::splat(1.0)),
-                Outer::Between => (L::narrow(L::max_d(L::sub_d(first_d, entry), zero)), L::narrow(L::max_d(L::sub_d(exit, last_d), zero))),
-                Outer::Partial => {
+                EndPieces::Whole | EndPieces::WholeBetween => (L::splat(1.0), L::splat(1.0)),
+                EndPieces::Between => {
+                    (L::narrow(L::max_d(L::sub_d(first_d, entry), zero)), L::narrow(L::max_d(L::sub_d(exit, last_d), zero)))
+                }
+                EndPieces::Partial => {
                     let single = L::eq_i(first, last);
                     let both = L::narrow(L::sub_d(exit, entry));
                     let to_first = L::narrow(L::sub_d(L::add_d(first_d, half), entry));

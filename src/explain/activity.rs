@@ -3,7 +3,7 @@
 use crate::fragment::Batch;
 use crate::fragment::batch::BATCH;
 use crate::proxy::Stack;
-use crate::raster::Watch;
+use crate::raster::Observer;
 use crate::scene::Blend;
 use std::collections::BTreeMap;
 
@@ -45,7 +45,7 @@ pub(super) struct Worth {
 
 /// Counts what happens at every pixel.
 #[derive(Debug, Default)]
-pub(super) struct Survey {
+pub(super) struct Activity {
     blocks: BTreeMap<(u32, u32), Block>,
     current: Option<((u32, u32), Block)>,
     /// Whether a pixel ends with a hit, which is then worth more than any number of slices without one.
@@ -54,8 +54,8 @@ pub(super) struct Survey {
     before: Option<(i64, Box<[[f32; BATCH]; 2]>)>,
 }
 
-impl Survey {
-    /// A survey of a scene blended this way.
+impl Activity {
+    /// A activity of a scene blended this way.
     pub(super) fn new(blend: Blend) -> Self {
         Self { hits: matches!(blend, Blend::Lmip { .. } | Blend::Iso { .. }), ..Self::default() }
     }
@@ -98,7 +98,7 @@ impl Survey {
     }
 }
 
-impl Watch for Survey {
+impl Observer for Activity {
     fn fresh(&self) -> Self {
         Self { hits: self.hits, ..Self::default() }
     }

@@ -24,7 +24,7 @@ const UNSURE: f64 = 6.0;
 
 /// What a look at some blocks tells.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Surveyed {
+pub(crate) enum Sampled {
     /// So many slices do, leaving this RMS error.
     Count(u64, f64),
     /// Another method does better.
@@ -43,18 +43,18 @@ fn is_sampled(mask: &BlockMask, b: usize) -> bool {
 ///
 /// `render(count, blocks, pixels)` fills in blocks of `scratch` in `count` slices, `first` of them at first. `first_order`, and
 /// `other(count, blocks, difference)`, which is asked once it takes many, are as for [`super::refine::refine`].
-pub(crate) fn survey(
+pub(crate) fn sample(
     tolerance: f64,
     (first, first_order): (u64, bool),
     (width, height): (usize, usize),
     scratch: &mut Vec<[f32; 4]>,
     mut render: impl FnMut(u64, &BlockMask, &mut Vec<[f32; 4]>) -> Result<()>,
     mut other: impl FnMut(u64, &BlockMask, f64) -> Result<bool>,
-) -> Result<Surveyed> {
+) -> Result<Sampled> {
     let mut mask = BlockMask::none(width, height);
     let blocks: Vec<usize> = (0..mask.len()).filter(|&b| is_sampled(&mask, b)).collect();
     if blocks.len() < FEWEST {
-        return Ok(Surveyed::Unsure);
+        return Ok(Sampled::Unsure);
     }
     blocks.iter().for_each(|&b| mask.set(b));
     let target = target(tolerance, width * height);
@@ -67,13 +67,13 @@ pub(crate) fn survey(
     made.push(make(first)?);
     made.push(make(2 * first)?);
     loop {
-        let Some(((finest, truth), coarser)) = made.split_last() else { return Ok(Surveyed::Unsure) };
+        let Some(((finest, truth), coarser)) = made.split_last() else { return Ok(Sampled::Unsure) };
         let (mut sums, mut last) = (Vec::new(), Vec::new());
         for (count, pixels) in coarser {
             let each = differences(pixels, truth);
             match bound(&each, mask.len()) {
                 Some(bound) => sums.push((*count, bound)),
-                None => return Ok(Surveyed::Unsure),
+                None => return Ok(Sampled::Unsure),
             }
             last = each;
         }
@@ -97,7 +97,7 @@ pub(crate) fn survey(
         if sum <= target {
             let less = coarsest / 2;
             if less < LEAST.0.max(first / LEAST.1) {
-                return Ok(Surveyed::Count(coarsest, rms(sum)));
+                return Ok(Sampled::Count(coarsest, rms(sum)));
             }
             made.insert(0, make(less)?);
             continue;
@@ -109,16 +109,16 @@ pub(crate) fn survey(
             let t = libm::log(above / target) / libm::log(above / under.max(1e-3 * target));
             let count = libm::ceil(a as f64 * libm::pow(b as f64 / a as f64, t.min(1.0)));
             if count <= TOLD * *finest as f64 {
-                return Ok(Surveyed::Count(count as u64, rms(target)));
+                return Ok(Sampled::Count(count as u64, rms(target)));
             }
         }
         let next = 2 * finest;
         if next > MOST * first {
-            return Ok(Surveyed::Unsure);
+            return Ok(Sampled::Unsure);
         }
         // Where so many slices do not do, another method may.
         if next == 8 * first && other(*finest, &mask, sampled)? {
-            return Ok(Surveyed::Other);
+            return Ok(Sampled::Other);
         }
         made.push(make(next)?);
     }
@@ -162,8 +162,8 @@ mod tests {
 
     const SIZE: (usize, usize) = (256, 256);
 
-    /// A survey of a picture whose errors are weight(block) * N^-2; and the slices that it takes, per pixel.
-    fn run(tolerance: f64, weight: impl Fn(usize) -> f64) -> (Surveyed, f64) {
+    /// A sample of a picture whose errors are weight(block) * N^-2; and the slices that it takes, per pixel.
+    fn run(tolerance: f64, weight: impl Fn(usize) -> f64) -> (Sampled, f64) {
         let mask = BlockMask::none(SIZE.0, SIZE.1);
         let mut scratch = vec![[0.0; 4]; SIZE.0 * SIZE.1];
         let mut work = 0;
@@ -178,7 +178,7 @@ mod tests {
             }
             Ok(())
         };
-        let found = survey(tolerance, (64, false), SIZE, &mut scratch, render, |_, _, _| Ok(false)).unwrap();
+        let found = sample(tolerance, (64, false), SIZE, &mut scratch, render, |_, _, _| Ok(false)).unwrap();
         (found, work as f64 / scratch.len() as f64)
     }
 
@@ -187,7 +187,7 @@ mod tests {
         // An error of about 1.45 / N^2 times the weight.
         for (weight, tolerance) in [(30.0, 1e-2), (30.0, 1e-3), (30.0, 1e-4), (300.0, 1e-3)] {
             let (found, work) = run(tolerance, |b| weight * (1.0 + (b % 3) as f64));
-            let Surveyed::Count(count, error) = found else { panic!("{weight} {tolerance}: {found:?}") };
+            let Sampled::Count(count, error) = found else { panic!("{weight} {tolerance}: {found:?}") };
             let rms = |n: f64| weight * (14.0f64 / 3.0).sqrt() * 1.45 / (n * n);
             let best = (rms(1.0) / tolerance).sqrt().max(16.0);
             let got = count as f64;
@@ -200,11 +200,11 @@ mod tests {
     #[test]
     fn a_sample_that_says_too_little_decides_nothing() {
         // Nearly all of the error in one block; hardly any block that differs; a picture of a few blocks.
-        assert_eq!(run(1e-4, |b| if b == 0 { 1e5 } else { 1.0 }).0, Surveyed::Unsure);
-        assert_eq!(run(1e-4, |b| if b < 100 { 30.0 } else { 0.0 }).0, Surveyed::Unsure);
+        assert_eq!(run(1e-4, |b| if b == 0 { 1e5 } else { 1.0 }).0, Sampled::Unsure);
+        assert_eq!(run(1e-4, |b| if b < 100 { 30.0 } else { 0.0 }).0, Sampled::Unsure);
         let mut few = vec![[0.0; 4]; 64 * 64];
         let none = |_: u64, _: &BlockMask, _: &mut Vec<[f32; 4]>| panic!("nothing to look at");
-        assert_eq!(survey(1e-3, (64, false), (64, 64), &mut few, none, |_, _, _| Ok(false)).unwrap(), Surveyed::Unsure);
+        assert_eq!(sample(1e-3, (64, false), (64, 64), &mut few, none, |_, _, _| Ok(false)).unwrap(), Sampled::Unsure);
     }
 
     #[test]

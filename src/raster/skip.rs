@@ -22,7 +22,7 @@ use rayon::prelude::*;
 use std::array;
 
 /// Runs looked at at once, at most.
-pub(super) const LOOKS: usize = 64;
+pub(super) const BOXES: usize = 64;
 /// Bricks of a coarse brick along each axis.
 const COARSE: usize = 4;
 
@@ -33,14 +33,14 @@ pub(super) const HIDDEN: u8 = 2;
 
 /// A class for each brick: 0 where nothing shows.
 #[derive(Debug, Clone)]
-pub(crate) struct Contents {
+pub(crate) struct BrickClasses {
     dims: [usize; 3],
     classes: Vec<u8>,
     shown: usize,
 }
 
-impl Contents {
-    /// Contents of `bricks`, where `class` tells that of a range of stored values.
+impl BrickClasses {
+    /// BrickClasses of `bricks`, where `class` tells that of a range of stored values.
     pub(crate) fn new(bricks: &Bricks, class: impl Fn(f64, f64) -> u8 + Sync) -> Self {
         let classes: Vec<u8> = bricks.ranges.par_iter().map(|&(lo, hi)| class(f64::from(lo), f64::from(hi))).collect();
         let shown = classes.par_iter().filter(|&&c| c > 0).count();
@@ -165,9 +165,9 @@ fn widen(classes: &mut [u8], [dx, dy, dz]: [usize; 3], axis: usize, step: usize,
     }
 }
 
-/// Contents as a frame looks at them.
+/// BrickClasses as a frame looks at them.
 #[derive(Debug, Clone)]
-pub(crate) struct Sight {
+pub(crate) struct SkipTable {
     /// Whether anything shows anywhere.
     pub(super) any: bool,
     /// Whether something shows in every brick.
@@ -179,9 +179,9 @@ pub(crate) struct Sight {
 /// Sides of windows, in bricks and in coarse bricks.
 pub(crate) type Sides = [[usize; 3]; 2];
 
-impl Sight {
+impl SkipTable {
     /// `contents` in windows of `sides`.
-    pub(crate) fn new(contents: &Contents, sides: Sides) -> Self {
+    pub(crate) fn new(contents: &BrickClasses, sides: Sides) -> Self {
         let (dims, classes) = contents.coarse();
         Self {
             any: contents.shown > 0,
@@ -261,7 +261,7 @@ const THIN: f64 = 1.5;
 
 /// Boxes of runs of slices, each a step further than the one before.
 #[derive(Debug, Clone)]
-pub(crate) struct Look<'w> {
+pub(crate) struct BoxQuery<'w> {
     windows: &'w Windows,
     /// Least x, y, z of the first box, and greatest; in bricks.
     at: [f32; 8],
@@ -271,7 +271,7 @@ pub(crate) struct Look<'w> {
     beside: bool,
 }
 
-impl<'w> Look<'w> {
+impl<'w> BoxQuery<'w> {
     /// `count` boxes: `at` and `step` in cells. `beside` tells that they are a brick larger than windows at most; others are looked at as if they
     /// held anything.
     pub(super) fn new(windows: &'w Windows, (at, step): ([f64; 8], [f64; 8]), count: usize, beside: bool) -> Self {
@@ -281,36 +281,36 @@ impl<'w> Look<'w> {
             windows,
             at: array::from_fn(|i| (at[i] * per_cell + slack(i)) as f32),
             step: array::from_fn(|i| (step[i] * per_cell) as f32),
-            count: count.min(LOOKS),
+            count: count.min(BOXES),
             beside,
         }
     }
 }
 
 /// Classes of what boxes hold.
-pub(crate) type Looked = [u8; LOOKS];
+pub(crate) type BoxClasses = [u8; BOXES];
 
 /// Finds them, eight at a time; a few more than there are boxes may be set. With `FLAGS` classes are joined bit by bit.
-pub(crate) struct LookAt<const FLAGS: bool>;
+pub(crate) struct QueryBoxes<const FLAGS: bool>;
 
-impl<'w, const FLAGS: bool> Kernel<Look<'w>, Looked> for LookAt<FLAGS> {
+impl<'w, const FLAGS: bool> Kernel<BoxQuery<'w>, BoxClasses> for QueryBoxes<FLAGS> {
     #[inline(always)]
-    fn run<L: Lanes>(look: &Look<'w>, classes: &mut Looked) {
-        if look.beside { look_at::<L, FLAGS, true>(look, classes) } else { look_at::<L, FLAGS, false>(look, classes) }
+    fn run<L: Lanes>(query: &BoxQuery<'w>, classes: &mut BoxClasses) {
+        if query.beside { query_boxes::<L, FLAGS, true>(query, classes) } else { query_boxes::<L, FLAGS, false>(query, classes) }
     }
 }
 
 #[inline(always)]
-fn look_at<L: Lanes, const FLAGS: bool, const BESIDE: bool>(look: &Look<'_>, classes: &mut Looked) {
-    let windows = look.windows;
+fn query_boxes<L: Lanes, const FLAGS: bool, const BESIDE: bool>(query: &BoxQuery<'_>, classes: &mut BoxClasses) {
+    let windows = query.windows;
     let [dx, dy, _] = windows.dims.map(|n| L::splat_i(n as i32));
     let (one, sides) = (L::splat_i(1), windows.sides.map(|n| L::splat_i(n as i32)));
     let numbers = L::load(&array::from_fn(|n| n as f32));
     let low = L::splat_i(0xff);
-    for (eight, classes) in classes.chunks_exact_mut(WIDTH).take(look.count.div_ceil(WIDTH)).enumerate() {
+    for (eight, classes) in classes.chunks_exact_mut(WIDTH).take(query.count.div_ceil(WIDTH)).enumerate() {
         let n = L::add(L::splat((WIDTH * eight) as f32), numbers);
         let brick = |i: usize| {
-            let x = L::add(L::splat(look.at[i]), L::mul(L::splat(look.step[i]), n));
+            let x = L::add(L::splat(query.at[i]), L::mul(L::splat(query.step[i]), n));
             L::trunc(L::min(L::max(x, L::splat(0.0)), L::splat(windows.top[i])))
         };
         let first: [L::I; 3] = array::from_fn(brick);
@@ -356,7 +356,7 @@ mod tests {
 
     const DIMS: [usize; 3] = [70, 41, 55];
 
-    fn contents() -> (Bricks, Contents) {
+    fn contents() -> (Bricks, BrickClasses) {
         let values: Vec<u8> = (0..DIMS.iter().product::<usize>())
             .map(|i| {
                 let [x, y, z] = [i % 70, i / 70 % 41, i / 2870];
@@ -364,7 +364,7 @@ mod tests {
             })
             .collect();
         let bricks = Bricks::new(&Voxels::U8(values.into()), DIMS);
-        let contents = Contents::new(&bricks, |_, hi| hi as u8);
+        let contents = BrickClasses::new(&bricks, |_, hi| hi as u8);
         (bricks, contents)
     }
 
@@ -392,12 +392,12 @@ mod tests {
         let (bricks, contents) = contents();
         let (mut exact, mut empty, mut full) = (0, 0, 0);
         for sides in [[[1, 1, 1], [1, 1, 1]], [[2, 2, 2], [1, 2, 1]], [[4, 3, 1], [2, 1, 2]], [[4, 3, 7], [3, 2, 2]]] {
-            let sight = Sight::new(&contents, sides);
-            assert_eq!(sight.sides(), sides);
+            let skip_table = SkipTable::new(&contents, sides);
+            assert_eq!(skip_table.sides(), sides);
             for case in 0..20_000usize {
                 let lo = [case * 7 % 73, case * 5 % 44, case * 3 % 58].map(|v| v as f64 - 1.5);
                 let hi = [lo[0] + (case % 17) as f64, lo[1] + (case % 13) as f64, lo[2] + (case % 29) as f64];
-                for (windows, sides, cells) in [(&sight.fine, sides[0], BRICK), (&sight.coarse, sides[1], COARSE * BRICK)] {
+                for (windows, sides, cells) in [(&skip_table.fine, sides[0], BRICK), (&skip_table.coarse, sides[1], COARSE * BRICK)] {
                     let (want, count) = brute(&bricks, lo, hi, cells);
                     let got = windows.class(lo, hi);
                     let enough = if cells == BRICK { got >= want } else { got & want == want };
@@ -419,24 +419,24 @@ mod tests {
     #[test]
     fn runs_are_seen_alike_at_every_level_and_never_overlooked() {
         let (bricks, contents) = contents();
-        let sight = Sight::new(&contents, [[2, 2, 2], [1, 1, 1]]);
+        let skip_table = SkipTable::new(&contents, [[2, 2, 2], [1, 1, 1]]);
         for case in 0..300 {
             let at: [f64; 8] = array::from_fn(|i| f64::from((case * (7 + i as i32)) % 60) * 0.83 - 3.0 + if i < 4 { 0.0 } else { 5.0 });
             let step: [f64; 8] = array::from_fn(|i| f64::from(case % 11 - 5) * 0.31 * (1.0 + 0.1 * (i % 4) as f64));
             let seen = |level: Level, windows: &Windows| {
-                let look = Look::new(windows, (at, step), 20, case % 2 == 0);
-                let mut classes = [0; LOOKS];
+                let query = BoxQuery::new(windows, (at, step), 20, case % 2 == 0);
+                let mut classes = [0; BOXES];
                 if windows.holds_flags() {
-                    level.kernel::<LookAt<true>, Look<'_>, Looked>()(&look, &mut classes);
+                    level.kernel::<QueryBoxes<true>, BoxQuery<'_>, BoxClasses>()(&query, &mut classes);
                 } else {
-                    level.kernel::<LookAt<false>, Look<'_>, Looked>()(&look, &mut classes);
+                    level.kernel::<QueryBoxes<false>, BoxQuery<'_>, BoxClasses>()(&query, &mut classes);
                 }
                 classes
             };
-            let (want, coarse) = (seen(Level::SCALAR, &sight.fine), seen(Level::SCALAR, &sight.coarse));
+            let (want, coarse) = (seen(Level::SCALAR, &skip_table.fine), seen(Level::SCALAR, &skip_table.coarse));
             for level in Level::available() {
-                assert_eq!(seen(level, &sight.fine), want, "{}", level.name());
-                assert_eq!(seen(level, &sight.coarse), coarse, "{}", level.name());
+                assert_eq!(seen(level, &skip_table.fine), want, "{}", level.name());
+                assert_eq!(seen(level, &skip_table.coarse), coarse, "{}", level.name());
             }
             for (n, &class) in want[..20].iter().enumerate() {
                 let (lo, hi) = (array::from_fn(|i| at[i] + n as f64 * step[i]), array::from_fn(|i| at[4 + i] + n as f64 * step[4 + i]));

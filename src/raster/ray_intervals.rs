@@ -36,18 +36,18 @@ struct Side {
 }
 
 /// The box seen from the picture, prepared once a frame.
-pub(crate) struct Beams<'s> {
+pub(crate) struct RayIntervals<'s> {
     stack: &'s Stack,
     sides: Vec<Side>,
     radial: bool,
-    outer: Outer,
+    outer: EndPieces,
     ends: fn(&Crossings, &mut PixelBlock),
     spans: fn(&Crossings, &mut PixelBlock),
 }
 
 /// What the lengths of a ray's outermost pieces are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Outer {
+pub(crate) enum EndPieces {
     /// From the box's face to the far side of the first slab; likewise at the other end.
     Partial,
     /// Whole slabs.
@@ -58,7 +58,7 @@ pub(crate) enum Outer {
     WholeBetween,
 }
 
-impl Outer {
+impl EndPieces {
     fn whole(self) -> bool {
         matches!(self, Self::Whole | Self::WholeBetween)
     }
@@ -92,9 +92,9 @@ impl BlockRange {
     const NONE: Self = Self { any: (1, 0), whole: (1, 0), last_first: i64::MIN, fragments: 0, corners: 0, lasts: 0, settled: true };
 }
 
-impl<'s> Beams<'s> {
+impl<'s> RayIntervals<'s> {
     /// Prepares `stack`, for rays in vectors of `level`; `radial` asks for the distances that radial fog needs.
-    pub(crate) fn new(stack: &'s Stack, radial: bool, outer: Outer, level: Level) -> Self {
+    pub(crate) fn new(stack: &'s Stack, radial: bool, outer: EndPieces, level: Level) -> Self {
         let (w, h) = (f64::from(stack.view.width), f64::from(stack.view.height));
         let far = stack.far.abs().max(stack.near.abs());
         let sides = stack
@@ -123,7 +123,7 @@ impl<'s> Beams<'s> {
         }
     }
 
-    /// As [`Beams::block`], but where every ray is sure to stay in the box for a while, without the pixels' own first and last slices and
+    /// As [`RayIntervals::block`], but where every ray is sure to stay in the box for a while, without the pixels' own first and last slices and
     /// lengths: most blocks show nothing on slices that do not cover them whole.
     pub(crate) fn range(&self, x0: u32, y0: u32, inside: u64, pixels: &mut PixelBlock) -> BlockRange {
         let (x, y) = (f64::from(x0) + 0.5, f64::from(y0) + 0.5);
@@ -155,7 +155,7 @@ impl<'s> Beams<'s> {
         self.settle(x, y, found, &crossings, pixels)
     }
 
-    /// See [`Beams::block`].
+    /// See [`RayIntervals::block`].
     fn settle(&self, x0: f64, y0: f64, found: Found, crossings: &Crossings, pixels: &mut PixelBlock) -> BlockRange {
         pixels.doubt = 0;
         match found {
@@ -219,13 +219,13 @@ impl<'s> Beams<'s> {
         let (to_first, from_last) = (first as f64 - ray.entry, ray.exit - last as f64);
         let through = (ray.exit - ray.entry) as f32;
         match self.outer {
-            Outer::Whole | Outer::WholeBetween => (1.0, 1.0),
+            EndPieces::Whole | EndPieces::WholeBetween => (1.0, 1.0),
             // Rounding may put the face a hair behind the slice.
-            Outer::Between if ray.corner && to_first < 0.0 => (0.0, through),
-            Outer::Between if ray.corner && from_last < 0.0 => (through, 0.0),
-            Outer::Between => (to_first.max(0.0) as f32, from_last.max(0.0) as f32),
-            Outer::Partial if first == last => (through, through),
-            Outer::Partial => (((first as f64 + 0.5) - ray.entry) as f32, (ray.exit - (last as f64 - 0.5)) as f32),
+            EndPieces::Between if ray.corner && to_first < 0.0 => (0.0, through),
+            EndPieces::Between if ray.corner && from_last < 0.0 => (through, 0.0),
+            EndPieces::Between => (to_first.max(0.0) as f32, from_last.max(0.0) as f32),
+            EndPieces::Partial if first == last => (through, through),
+            EndPieces::Partial => (((first as f64 + 0.5) - ray.entry) as f32, (ray.exit - (last as f64 - 0.5)) as f32),
         }
     }
 
@@ -249,7 +249,7 @@ impl<'s> Beams<'s> {
     /// The sides that the rays of a block cross.
     ///
     /// Sides that no ray of the block runs along are crossed at a depth that can be trusted; a block with another side among
-    /// them is left to [`Beams::ray`], ray by ray.
+    /// them is left to [`RayIntervals::ray`], ray by ray.
     fn crossings(&self, x0: f64, y0: f64, found: &mut Crossings) -> Found {
         let stack = self.stack;
         let (near, far, spacing) = (stack.near, stack.far, stack.spacing);
@@ -311,7 +311,7 @@ impl<'s> Beams<'s> {
         Found::Clear
     }
 
-    /// What [`Beams::crossings`] begins with.
+    /// What [`RayIntervals::crossings`] begins with.
     fn none_crossed(&self, inside: u64) -> Crossings {
         let Stack { perspective, near, spacing, count, .. } = *self.stack;
         Crossings::new((perspective, near, spacing, count), self.outer, inside)

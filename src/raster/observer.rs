@@ -1,19 +1,19 @@
 //! Looking on while batches go through the stages: to record what each stage did, or to time it.
 //!
-//! The march over slices is compiled once for each kind of onlooker; for `()`, which sees nothing, the calls vanish.
+//! The march over slices is compiled once for each kind of observer; for `()`, which sees nothing, the calls vanish.
 
 use crate::fragment::{Batch, Frame};
 use crate::proxy::Stack;
 use std::ops::Range;
 
-/// Someone who looks on. Each tile has its own, made by [`Watch::fresh`] from the one that was sent; they are merged at the end.
+/// Someone who looks on. Each tile has its own, made by [`Observer::fresh`] from the one that was sent; they are merged at the end.
 ///
-/// An onlooker sees the picture being made and cannot touch it, but may ask for a part of it: blocks, and slices.
-pub(crate) trait Watch: Send + Sync {
+/// An observer sees the picture being made and cannot touch it, but may ask for a part of it: blocks, and slices.
+pub(crate) trait Observer: Send + Sync {
     /// Whether anything is looked at: for those who do, nothing that shows in no pixel is left out.
-    const SEES: bool = true;
+    const OBSERVES: bool = true;
 
-    /// An onlooker that is after the same things and has seen nothing yet.
+    /// An observer that is after the same things and has seen nothing yet.
     fn fresh(&self) -> Self;
 
     /// Whether the block whose first pixel is (x,y) is to be rendered at all.
@@ -55,13 +55,13 @@ pub(crate) trait Watch: Send + Sync {
     /// The tile is over.
     fn over(&mut self) {}
 
-    /// Takes in what the onlooker of a tile further on saw: tiles come row by row.
+    /// Takes in what the observer of a tile further on saw: tiles come row by row.
     fn merge(&mut self, other: Self);
 }
 
 /// Nobody looks on.
-impl Watch for () {
-    const SEES: bool = false;
+impl Observer for () {
+    const OBSERVES: bool = false;
 
     fn fresh(&self) -> Self {}
 

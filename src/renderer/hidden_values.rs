@@ -5,7 +5,7 @@ use crate::volume::VoxelType;
 /// The largest stored integer that shows nothing, nor does anything interpolated between such: all of those lie below position `clear` of
 /// a table that begins at value `low` and has the product of `scale` entries a unit. Nothing for voxels of over 16 bits, and for tables
 /// that fall.
-pub(super) fn dark(kind: VoxelType, low: f32, scale: [f32; 2], clear: f32) -> Option<i32> {
+pub(super) fn hidden_up_to(kind: VoxelType, low: f32, scale: [f32; 2], clear: f32) -> Option<i32> {
     let bits = match kind {
         VoxelType::U8 | VoxelType::I8 => 8,
         VoxelType::U16 | VoxelType::I16 => 16,
@@ -19,7 +19,7 @@ pub(super) fn dark(kind: VoxelType, low: f32, scale: [f32; 2], clear: f32) -> Op
     let margin = libm::scalbn(1.0, bits - 20);
     let end = f64::from(low) + f64::from(clear) * (1.0 - 1e-6) / per_unit - margin;
     let (least, most) = kind.limits();
-    // Where all values were dark, the frame would hold nothing to show.
+    // Where all values were limit, the frame would hold nothing to show.
     let last = libm::ceil(end) - 1.0;
     (last >= least && last < most).then_some(last as i32)
 }
@@ -47,10 +47,10 @@ mod tests {
             let factor = f64::from(last) / (high - f64::from(low));
             let scale = if n.bits() % 2 == 0 { [factor as f32, 1.0] } else { [(factor * 0.25) as f32, 4.0] };
             let clear = (n.bits() % 60) as f32;
-            let Some(dark) = dark(kind, low, scale, clear) else { continue };
+            let Some(limit) = hidden_up_to(kind, low, scale, clear) else { continue };
             found += 1;
             // A few units in the last place above the number, as interpolation may round.
-            let value = dark as f32;
+            let value = limit as f32;
             for value in [value, value + value.abs() * 4e-7, value - 1.0] {
                 assert!(position(value, low, scale) < clear, "round {round}: {value}");
             }
@@ -63,11 +63,11 @@ mod tests {
 
     #[test]
     fn there_is_none_without_a_clear_beginning_or_for_wide_voxels() {
-        assert_eq!(dark(VoxelType::U8, 20.0, [1.0, 1.0], 30.0), Some(49));
-        assert_eq!(dark(VoxelType::U8, 20.0, [1.0, 1.0], 0.0), None);
-        assert_eq!(dark(VoxelType::U8, 20.0, [-1.0, 1.0], 30.0), None);
-        assert_eq!(dark(VoxelType::U8, 20.0, [0.0, 1.0], 30.0), None);
-        assert_eq!(dark(VoxelType::F32, 20.0, [1.0, 1.0], 30.0), None);
-        assert_eq!(dark(VoxelType::U32, 20.0, [1.0, 1.0], 30.0), None);
+        assert_eq!(hidden_up_to(VoxelType::U8, 20.0, [1.0, 1.0], 30.0), Some(49));
+        assert_eq!(hidden_up_to(VoxelType::U8, 20.0, [1.0, 1.0], 0.0), None);
+        assert_eq!(hidden_up_to(VoxelType::U8, 20.0, [-1.0, 1.0], 30.0), None);
+        assert_eq!(hidden_up_to(VoxelType::U8, 20.0, [0.0, 1.0], 30.0), None);
+        assert_eq!(hidden_up_to(VoxelType::F32, 20.0, [1.0, 1.0], 30.0), None);
+        assert_eq!(hidden_up_to(VoxelType::U32, 20.0, [1.0, 1.0], 30.0), None);
     }
 }

@@ -1,7 +1,7 @@
 //! Where a frame's time goes: some of the batches are timed from stage to stage.
 
 use crate::fragment::{Batch, Frame};
-use crate::raster::Watch;
+use crate::raster::Observer;
 use std::time::{Duration, Instant};
 
 /// One batch in so many is timed: a clock takes about as long to read as a short stage to run.
@@ -55,7 +55,7 @@ fn tick() -> f64 {
     runs.fold(f64::INFINITY, f64::min)
 }
 
-impl Watch for StageClock {
+impl Observer for StageClock {
     fn fresh(&self) -> Self {
         Self::default()
     }

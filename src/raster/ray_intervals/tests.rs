@@ -129,7 +129,7 @@ fn check((stack, grid, planes): &(Stack, Grid, Vec<ClipPlane>), level: Level, se
     if stack.is_empty() {
         return;
     }
-    let beams = Beams::new(stack, false, Outer::Partial, level);
+    let intervals = RayIntervals::new(stack, false, EndPieces::Partial, level);
     let (width, height) = (stack.view.width, stack.view.height);
     let mut batch = Batch::new();
     for y0 in (0..height).step_by(SIDE) {
@@ -137,9 +137,9 @@ fn check((stack, grid, planes): &(Stack, Grid, Vec<ClipPlane>), level: Level, se
             let place = |i: usize| (x0 + (i % SIDE) as u32, y0 + (i / SIDE) as u32);
             let inside = |i: usize| place(i).0 < width && place(i).1 < height;
             let lanes = (0..BATCH).fold(0, |bits, i| bits | u64::from(inside(i)) << i);
-            let told = beams.range(x0, y0, lanes, &mut batch.pixels);
-            let range = beams.block(x0, y0, lanes, &mut batch.pixels);
-            beams.plane(x0, y0, &mut batch.pixels);
+            let told = intervals.range(x0, y0, lanes, &mut batch.pixels);
+            let range = intervals.block(x0, y0, lanes, &mut batch.pixels);
+            intervals.plane(x0, y0, &mut batch.pixels);
             let lasts = if told.settled { 0 } else { batch.pixels.last.iter().map(|&last| i64::from(last)).sum() };
             assert_eq!(told, BlockRange { lasts, settled: told.settled, ..range });
             seen.unsettled += u64::from(!told.settled);
