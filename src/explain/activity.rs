@@ -1,7 +1,7 @@
 //! The first look: how much happens at each pixel of a picture, to choose those worth recording.
 
 use crate::fragment::Batch;
-use crate::fragment::batch::BATCH;
+use crate::lanes::BATCH;
 use crate::proxy::Stack;
 use crate::raster::Observer;
 use crate::scene::Blend;

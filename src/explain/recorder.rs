@@ -1,8 +1,7 @@
 //! The recorder: an observer that copies down what every stage did to chosen pixels.
 
-use crate::fragment::batch::{BATCH, SIDE};
 use crate::fragment::{Batch, Frame};
-use crate::lanes::ToF32;
+use crate::lanes::{BATCH, SIDE, ToF32};
 use crate::proxy::Stack;
 use crate::raster::Observer;
 use std::collections::BTreeMap;
@@ -59,15 +58,15 @@ pub(super) struct Snapshot {
 
 impl Snapshot {
     fn of(batch: &Batch, far: bool, i: usize) -> Self {
-        let offset = if far { batch.far_offset[i] } else { batch.offset[i] as u64 };
+        let offset = if far { batch.rare.far_offset[i] } else { batch.sample.offset[i] as u64 };
         Self {
             covered: batch.mask >> i & 1 == 1,
-            length: batch.length[i],
-            cell: (batch.cells.base as u64).wrapping_add(offset),
-            weight: [0, 1, 2].map(|axis: usize| batch.weight[axis][i]),
-            value: batch.value[i],
-            color: [0, 1, 2].map(|c: usize| batch.color[c][i]),
-            alpha: batch.alpha[i],
+            length: batch.slab.length[i],
+            cell: (batch.geometry.cells.base as u64).wrapping_add(offset),
+            weight: [0, 1, 2].map(|axis: usize| batch.sample.weight[axis][i]),
+            value: batch.sample.value[i],
+            color: [0, 1, 2].map(|c: usize| batch.slab.color[c][i]),
+            alpha: batch.slab.alpha[i],
             sum: [0, 1, 2].map(|c: usize| batch.pixels.color[c][i]),
             transmittance: batch.pixels.transmittance[i],
         }
@@ -222,8 +221,8 @@ impl Observer for Recorder {
         let behind = batch.slice == i32::MAX;
         let slice = if behind { self.count as i64 } else { i64::from(batch.slice) };
         self.slice = Some(slice);
-        self.to_f32 = frame.to_f32;
-        self.far = frame.far;
+        self.to_f32 = frame.sample.to_f32;
+        self.far = frame.sample.far;
         if !self.wanted.takes(slice) {
             return;
         }
@@ -231,7 +230,7 @@ impl Observer for Recorder {
             journey.steps.push(Step {
                 slice: slice as u64,
                 depth: batch.depth,
-                fog: batch.fog,
+                fog: batch.fog.slice,
                 mask: 0,
                 front: front(batch, journey.lane),
                 before: Snapshot::of(batch, self.far, journey.lane),

@@ -1,63 +1,9 @@
 //! The batch: 64 fragments as a structure of arrays that lives in the first-level cache.
+//!
+//! Arrays are grouped by the stages that use them. Those that every plain fragment goes through lie together in the first 4 KiB: two arrays
+//! a multiple of 4096 bytes apart look alike to a processor that holds a load back behind earlier stores.
 
-pub(crate) use crate::lanes::for_rows;
-use crate::lanes::{CellLoad, CornerPairs, Corners, LookupTable, ToF32};
-use crate::raster::Spans;
-use crate::scene::FogMode;
-use crate::volume::Voxels;
-use crate::volume::packed::Packed;
-use std::sync::Arc;
-
-/// Side of a block of pixels.
-pub(crate) const SIDE: usize = 8;
-/// Fragments of a batch: lane `i` is the pixel in column `i % 8`, row `i / 8` of its block.
-pub(crate) const BATCH: usize = SIDE * SIDE;
-
-/// Fog in the numbers the stages use.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct FrameFog {
-    /// Mode and parameters, for the factor of a whole slice and the radial stage.
-    pub(crate) mode: FogMode,
-    /// Straight colour.
-    pub(crate) color: [f32; 3],
-    /// Whether opacity weights the fog (premultiplied colours) or not (the literal formula).
-    pub(crate) weighted: bool,
-}
-
-/// What stays the same for all batches of a frame.
-#[derive(Debug, Clone)]
-pub(crate) struct Frame<'v> {
-    /// The voxels.
-    pub(crate) voxels: &'v Voxels,
-    /// Distance in voxels to the next voxel along each axis, 0 along axes of one voxel.
-    pub(crate) strides: [usize; 3],
-    /// The voxels packed with their neighbours along y, where they are.
-    pub(crate) packed: Option<&'v Packed>,
-    /// Whether texture coordinates set `far_offset` instead of `offset`.
-    pub(crate) far: bool,
-    /// How stored values become f32, where that takes more than a conversion.
-    pub(crate) to_f32: Option<ToF32>,
-    /// Colour and opacity of a slab one spacing thick.
-    pub(crate) table: Arc<LookupTable>,
-    /// Stored value (as f32) at the table's first entry.
-    pub(crate) table_low: f32,
-    /// Entries per unit of stored value, as two factors whose product may leave the range of f32.
-    pub(crate) table_scale: [f32; 2],
-    /// Index of the table's last entry.
-    pub(crate) table_last: f32,
-    /// A second table over values, and the affine map from positions in a table over pairs to its entries: offset, factor, last entry.
-    pub(crate) fine: Option<(Arc<LookupTable>, [f32; 3])>,
-    /// Transmittance below which a pixel takes no more.
-    pub(crate) terminate: f32,
-    /// Table position below which nothing shows: rows all below it are not looked up. 0 where every fragment counts.
-    pub(crate) first_visible: f32,
-    /// Stored integer up to which nothing shows, where packed lookups may leave rows out that have nothing above it around them.
-    pub(crate) hidden_up_to: Option<i32>,
-    /// Fog, if any.
-    pub(crate) fog: Option<FrameFog>,
-    /// Threshold or level of a projection, as a stored value.
-    pub(crate) level: f32,
-}
+use crate::lanes::{BATCH, CellLoad, CornerPairs, Corners};
 
 /// Per-pixel numbers of a block: where its ray is in the box, and what the pixel has gathered.
 #[derive(Clone)]
@@ -92,31 +38,36 @@ pub(crate) struct PixelBlock {
     /// Pixels that still take light, one bit each. Blending stages keep it up to date.
     pub(crate) alive: u64,
     /// What the block's rays have in common.
-    pub(crate) spans: Spans,
+    pub(crate) summary: RaySummary,
 }
 
-/// 64 fragments on their way through the stages.
-#[derive(Clone)]
-#[repr(C, align(64))]
-pub(crate) struct Batch {
-    /// Index of the slice.
-    pub(crate) slice: i32,
-    /// Depth of the slice, world units.
-    pub(crate) depth: f32,
-    /// Fog factor of the slice, where fog is planar.
-    pub(crate) fog: f32,
-    /// Bit i: fragment i is covered.
-    pub(crate) mask: u64,
-    /// Pixels whose last slice lies before this one, one bit each. Set with the mask of partial batches.
-    pub(crate) ended: u64,
-    /// Bit r: row r goes through the stages; in others every pixel is finished or uncovered.
-    pub(crate) rows: u8,
-    /// Bit r: something shows in row r, or may, before classification.
-    pub(crate) shown: u8,
-    /// Whether so little of the batch before showed that it is worth finding out what does before interpolation.
-    pub(crate) mostly_hidden: bool,
-    /// Whether this slice is the last of any pixel.
-    pub(crate) ends: bool,
+/// What the rays of a block have in common, of those pixels whose ends a kernel has settled. Slices are counted from the nearest.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct RaySummary {
+    /// Least and greatest first slice.
+    pub(crate) first: (i32, i32),
+    /// Least and greatest last slice.
+    pub(crate) last: (i32, i32),
+    /// Fragments on slices.
+    pub(crate) fragments: u64,
+    /// Sum of the last slices.
+    pub(crate) lasts: i64,
+    /// Pixels that are covered, one bit each.
+    pub(crate) covered: u64,
+    /// Pixels left to be settled one by one: an end lies within rounding of a slice, or the ray passes between two slices.
+    pub(crate) close: u64,
+}
+
+impl RaySummary {
+    /// No ray is covered, none is left to be settled.
+    pub(crate) const NONE: Self =
+        Self { first: (i32::MAX, i32::MIN), last: (i32::MAX, i32::MIN), fragments: 0, lasts: 0, covered: 0, close: 0 };
+}
+
+/// Where the fragments of a batch lie in the volume: an affine map from columns and rows to index coordinates, relative to a base voxel.
+#[derive(Debug, Clone, Copy)]
+#[repr(C)]
+pub(crate) struct Geometry {
     /// Whether every lookup lies inside the box of voxels: nothing to clamp.
     pub(crate) inner: bool,
     /// Index coordinates of pixel 0 relative to the base voxel.
@@ -129,32 +80,90 @@ pub(crate) struct Batch {
     pub(crate) reach: [f32; 3],
     /// Largest lower corner of a cell, relative to the base voxel.
     pub(crate) top: [f32; 3],
-    /// The base voxel.
+    /// The base voxel, and the distances to its neighbours.
     pub(crate) cells: CellLoad,
+}
+
+/// What texture coordinates and lookups of a value set.
+#[derive(Clone)]
+#[repr(C, align(64))]
+pub(crate) struct Sample {
     /// Offset of each cell's lower corner from the base voxel, in voxels.
     pub(crate) offset: [i32; BATCH],
     /// Position of each fragment inside its cell, 0 to 1 along x, y, z.
     pub(crate) weight: [[f32; BATCH]; 3],
-    /// Corner values of 16-bit voxels.
+    /// Corner values of 16-bit voxels, and of packed 8-bit ones.
     pub(crate) pairs16: CornerPairs<u32>,
-    /// Interpolated stored value.
+    /// Interpolated value, as the number that stages compute with.
     pub(crate) value: [f32; BATCH],
+}
+
+/// Colour, opacity and length of each fragment's slab: what classification sets and later stages change.
+#[derive(Clone)]
+#[repr(C, align(64))]
+pub(crate) struct SlabBatch {
     /// Premultiplied red, green, blue.
     pub(crate) color: [[f32; BATCH]; 3],
-    /// Opacity of the fragment's slab.
+    /// Opacity.
     pub(crate) alpha: [f32; BATCH],
     /// Length of the fragment's piece of the ray, in slabs.
     pub(crate) length: [f32; BATCH],
-    /// The pixels behind the fragments.
-    pub(crate) pixels: PixelBlock,
-    /// The same for batches that span more voxels than `offset` can count.
+}
+
+/// What rarer lookups set: of 32-bit voxels, of 8-bit ones that are not packed, and of batches that span 2^24 voxels and more.
+#[derive(Clone)]
+#[repr(C, align(64))]
+pub(crate) struct RareSample {
+    /// As [`Sample::offset`], for batches that span more voxels than that can count.
     pub(crate) far_offset: [u64; BATCH],
     /// Corner values on their way to interpolation.
     pub(crate) corners: Corners,
     /// Corner values of 8-bit voxels.
     pub(crate) pairs8: CornerPairs<u16>,
-    /// Fog factor of each fragment, where fragments of one batch lie at depths of their own.
-    pub(crate) fog_each: [f32; BATCH],
+}
+
+/// What fog reads.
+#[derive(Clone)]
+#[repr(C, align(64))]
+pub(crate) struct FogBatch {
+    /// Factor of each fragment, where fragments of one batch lie at depths of their own.
+    pub(crate) each: [f32; BATCH],
+    /// Factor of the slice, where fog is planar.
+    pub(crate) slice: f32,
+}
+
+/// 64 fragments on their way through the stages.
+#[derive(Clone)]
+#[repr(C, align(64))]
+pub(crate) struct Batch {
+    /// Index of the slice.
+    pub(crate) slice: i32,
+    /// Depth of the slice, world units.
+    pub(crate) depth: f32,
+    /// Bit i: fragment i is covered.
+    pub(crate) mask: u64,
+    /// Pixels whose last slice lies before this one, one bit each. Set with the mask of partial batches.
+    pub(crate) ended: u64,
+    /// Bit r: row r goes through the stages; in others every pixel is finished or uncovered.
+    pub(crate) rows: u8,
+    /// Bit r: something shows in row r, or may, before classification.
+    pub(crate) shown: u8,
+    /// Whether so little of the batch before showed that it is worth finding out what does before interpolation.
+    pub(crate) mostly_hidden: bool,
+    /// Whether this slice is the last of any pixel.
+    pub(crate) ends: bool,
+    /// Where the fragments lie.
+    pub(crate) geometry: Geometry,
+    /// The values looked up there.
+    pub(crate) sample: Sample,
+    /// What those values look like.
+    pub(crate) slab: SlabBatch,
+    /// The pixels behind the fragments.
+    pub(crate) pixels: PixelBlock,
+    /// What rarer lookups need.
+    pub(crate) rare: RareSample,
+    /// What fog needs.
+    pub(crate) fog: FogBatch,
 }
 
 impl Batch {
@@ -163,31 +172,23 @@ impl Batch {
         Box::new(Self {
             slice: 0,
             depth: 0.0,
-            fog: 1.0,
-            fog_each: [1.0; BATCH],
             mask: 0,
             ended: 0,
             rows: u8::MAX,
             shown: u8::MAX,
-            ends: true,
             mostly_hidden: false,
-            inner: false,
-            origin: [0.0; 3],
-            across: [0.0; 3],
-            down: [0.0; 3],
-            reach: [0.0; 3],
-            top: [0.0; 3],
-            cells: CellLoad::default(),
-            offset: [0; BATCH],
-            far_offset: [0; BATCH],
-            weight: [[0.0; BATCH]; 3],
-            corners: Corners([[0.0; BATCH]; 8]),
-            pairs8: CornerPairs([[0; BATCH]; 4]),
-            pairs16: CornerPairs([[0; BATCH]; 4]),
-            value: [0.0; BATCH],
-            color: [[0.0; BATCH]; 3],
-            alpha: [0.0; BATCH],
-            length: [1.0; BATCH],
+            ends: true,
+            geometry: Geometry {
+                inner: false,
+                origin: [0.0; 3],
+                across: [0.0; 3],
+                down: [0.0; 3],
+                reach: [0.0; 3],
+                top: [0.0; 3],
+                cells: CellLoad::default(),
+            },
+            sample: Sample { offset: [0; BATCH], weight: [[0.0; BATCH]; 3], pairs16: CornerPairs([[0; BATCH]; 4]), value: [0.0; BATCH] },
+            slab: SlabBatch { color: [[0.0; BATCH]; 3], alpha: [0.0; BATCH], length: [1.0; BATCH] },
             pixels: PixelBlock {
                 first: [0; BATCH],
                 last: [-1; BATCH],
@@ -203,40 +204,10 @@ impl Batch {
                 excess: [[0.0; BATCH]; 4],
                 doubt: 0,
                 alive: u64::MAX,
-                spans: Spans::NONE,
+                summary: RaySummary::NONE,
             },
+            rare: RareSample { far_offset: [0; BATCH], corners: Corners([[0.0; BATCH]; 8]), pairs8: CornerPairs([[0; BATCH]; 4]) },
+            fog: FogBatch { each: [1.0; BATCH], slice: 1.0 },
         })
     }
-}
-
-/// The bits of all lanes of `rows`.
-#[inline(always)]
-pub(crate) fn spread(rows: u8) -> u64 {
-    // Bit r moves to byte r in three steps, and fills it.
-    let x = u64::from(rows);
-    let x = (x | (x << 28)) & 0x0000_000f_0000_000f;
-    let x = (x | (x << 14)) & 0x0003_0003_0003_0003;
-    let x = (x | (x << 7)) & 0x0101_0101_0101_0101;
-    x * 0xff
-}
-
-/// The rows that hold any of `lanes`.
-#[inline(always)]
-pub(crate) fn rows_of(lanes: u64) -> u8 {
-    const LOW: u64 = 0x7f7f_7f7f_7f7f_7f7f;
-    let highest = (((lanes & LOW) + LOW) | lanes) & !LOW;
-    // The top bit of byte r moves to bit r of the top byte.
-    ((highest >> 7).wrapping_mul(0x0102_0408_1020_4080) >> 56) as u8
-}
-
-/// The eight lanes of row `at` of an array over the batch.
-#[inline(always)]
-pub(crate) fn row<T: bytemuck::Pod>(array: &[T; BATCH], at: usize) -> &[T; SIDE] {
-    &bytemuck::cast_ref::<[T; BATCH], [[T; SIDE]; SIDE]>(array)[at]
-}
-
-/// As [`row`], to write.
-#[inline(always)]
-pub(crate) fn row_mut<T: bytemuck::Pod>(array: &mut [T; BATCH], at: usize) -> &mut [T; SIDE] {
-    &mut bytemuck::cast_mut::<[T; BATCH], [[T; SIDE]; SIDE]>(array)[at]
 }

@@ -2,8 +2,9 @@
 //!
 //! Front to back: C += T c, T *= 1 - a. Back to front: C = c + (1 - a) C, and T alike. T is what is kept, never 1 - T.
 
-use super::batch::{Batch, Frame, SIDE, for_rows, row, row_mut, spread};
-use crate::lanes::{Kernel, Lanes};
+use super::batch::Batch;
+use super::frame::Frame;
+use crate::lanes::{Kernel, Lanes, SIDE, for_rows, row, row_mut, spread};
 
 /// Makes uncovered fragments transparent.
 pub(crate) struct MaskStage;
@@ -15,8 +16,8 @@ impl<'v> Kernel<Frame<'v>, Batch> for MaskStage {
             let bits = (batch.mask >> (8 * r)) as u8;
             if bits != u8::MAX {
                 let covered = L::from_bits(bits);
-                let [red, green, blue] = &mut batch.color;
-                for channel in [red, green, blue, &mut batch.alpha] {
+                let [red, green, blue] = &mut batch.slab.color;
+                for channel in [red, green, blue, &mut batch.slab.alpha] {
                     let c = row_mut(channel, r);
                     L::store(L::keep(covered, L::load(c)), c);
                 }
@@ -110,7 +111,7 @@ pub(crate) struct BlendFront<S, const TERMINATE: bool>(std::marker::PhantomData<
 impl<'v, S: Store, const TERMINATE: bool> Kernel<Frame<'v>, Batch> for BlendFront<S, TERMINATE> {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
-        let threshold = L::splat(frame.terminate);
+        let threshold = L::splat(frame.blend.terminate);
         let slice = L::splat_i(batch.slice);
         // Where nothing shows pixels stay as they were, unless this is their last slice.
         let rows = if batch.ends { batch.rows } else { batch.shown };
@@ -124,7 +125,7 @@ impl<'v, S: Store, const TERMINATE: bool> Kernel<Frame<'v>, Batch> for BlendFron
                 let [red, green, blue, lost] = &mut batch.pixels.excess;
                 let t = row_mut(&mut batch.pixels.transmittance, r);
                 let left = L::load(t);
-                let alpha = L::load(row(&batch.alpha, r));
+                let alpha = L::load(row(&batch.slab.alpha, r));
                 let (weight, alpha) = if TERMINATE {
                     let live = L::le(threshold, left);
                     (L::keep(live, left), L::keep(live, alpha))
@@ -133,7 +134,7 @@ impl<'v, S: Store, const TERMINATE: bool> Kernel<Frame<'v>, Batch> for BlendFron
                 };
                 let next = S::left::<L>(left, alpha, row_mut(lost, r));
                 L::store(next, t);
-                for ((sum, channel), excess) in batch.pixels.color.iter_mut().zip(&batch.color).zip([red, green, blue]) {
+                for ((sum, channel), excess) in batch.pixels.color.iter_mut().zip(&batch.slab.color).zip([red, green, blue]) {
                     let sum = row_mut(sum, r);
                     let more = L::mul(weight, L::load(row(channel, r)));
                     L::store(S::sum::<L>(L::load(sum), more, row_mut(excess, r)), sum);
@@ -156,10 +157,10 @@ impl<'v, S: Store> Kernel<Frame<'v>, Batch> for BlendBack<S> {
     fn run<L: Lanes>(_: &Frame<'v>, batch: &mut Batch) {
         for_rows!(batch.shown, r => {
             let [red, green, blue, lost] = &mut batch.pixels.excess;
-            let alpha = L::load(row(&batch.alpha, r));
+            let alpha = L::load(row(&batch.slab.alpha, r));
             let t = row_mut(&mut batch.pixels.transmittance, r);
             L::store(S::left::<L>(L::load(t), alpha, row_mut(lost, r)), t);
-            for ((sum, channel), excess) in batch.pixels.color.iter_mut().zip(&batch.color).zip([red, green, blue]) {
+            for ((sum, channel), excess) in batch.pixels.color.iter_mut().zip(&batch.slab.color).zip([red, green, blue]) {
                 let sum = row_mut(sum, r);
                 L::store(S::over::<L>(L::load(sum), L::load(row(channel, r)), alpha, row_mut(excess, r)), sum);
             }

@@ -1,8 +1,9 @@
 //! Classification: from the interpolated value to premultiplied colour and slab opacity, by table.
 
-use super::batch::{Batch, Frame, for_rows, row, row_mut};
+use super::batch::Batch;
 use super::fetch;
-use crate::lanes::{Kernel, Lanes, Places};
+use super::frame::Frame;
+use crate::lanes::{Kernel, Lanes, Places, for_rows, row, row_mut};
 
 /// One linear lookup a fragment. `SPLIT` scales in two steps, for ranges whose scale leaves f32.
 pub(crate) struct Classify<const SPLIT: bool>;
@@ -10,20 +11,20 @@ pub(crate) struct Classify<const SPLIT: bool>;
 /// Position in the table of a value, constant beyond the table's ends.
 #[inline(always)]
 pub(super) fn position<L: Lanes, const SPLIT: bool>(frame: &Frame<'_>, value: L::F) -> L::F {
-    let mut x = L::mul(L::sub(value, L::splat(frame.table_low)), L::splat(frame.table_scale[0]));
+    let mut x = L::mul(L::sub(value, L::splat(frame.color.low)), L::splat(frame.color.scale[0]));
     if SPLIT {
-        x = L::mul(x, L::splat(frame.table_scale[1]));
+        x = L::mul(x, L::splat(frame.color.scale[1]));
     }
-    L::min(L::max(x, L::splat(0.0)), L::splat(frame.table_last))
+    L::min(L::max(x, L::splat(0.0)), L::splat(frame.color.last))
 }
 
 /// Keeps row `r` of a batch's colours and opacities.
 #[inline(always)]
 pub(super) fn keep<L: Lanes>(batch: &mut Batch, r: usize, [red, green, blue, alpha]: [L::F; 4]) {
-    L::store(red, row_mut(&mut batch.color[0], r));
-    L::store(green, row_mut(&mut batch.color[1], r));
-    L::store(blue, row_mut(&mut batch.color[2], r));
-    L::store(alpha, row_mut(&mut batch.alpha, r));
+    L::store(red, row_mut(&mut batch.slab.color[0], r));
+    L::store(green, row_mut(&mut batch.slab.color[1], r));
+    L::store(blue, row_mut(&mut batch.slab.color[2], r));
+    L::store(alpha, row_mut(&mut batch.slab.alpha, r));
 }
 
 #[inline(always)]
@@ -35,17 +36,17 @@ fn classify<L: Lanes, const SPLIT: bool>(frame: &Frame<'_>, value: L::F) -> [L::
 #[inline(always)]
 fn look_up<L: Lanes>(frame: &Frame<'_>, x: L::F) -> [L::F; 4] {
     let index = L::trunc(x);
-    L::lookup(&frame.table, index, L::sub(x, L::to_f(index)))
+    L::lookup(&frame.color.table, index, L::sub(x, L::to_f(index)))
 }
 
 impl<'v, const SPLIT: bool> Kernel<Frame<'v>, Batch> for Classify<SPLIT> {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
-        let clear = L::splat(frame.first_visible);
-        let mut places = Places::new(&frame.table);
+        let clear = L::splat(frame.color.first_visible);
+        let mut places = Places::new(&frame.color.table);
         let mut shown = 0;
         for_rows!(batch.shown, r => {
-            let x = position::<L, SPLIT>(frame, L::load(row(&batch.value, r)));
+            let x = position::<L, SPLIT>(frame, L::load(row(&batch.sample.value, r)));
             let index = L::trunc(x);
             places.set::<L>(r, index, L::sub(x, L::to_f(index)));
             // Rows in which nothing shows are left out of what follows.
@@ -65,9 +66,9 @@ pub(crate) struct ClassifyCorners<const SPLIT: bool>;
 /// Corner `c` of row `r`, classified; transparent where it is NaN or infinite.
 #[inline(always)]
 fn corner<L: Lanes, const SPLIT: bool>(frame: &Frame<'_>, batch: &Batch, c: usize, r: usize) -> [L::F; 4] {
-    let value = L::load(row(&batch.corners.0[c], r));
+    let value = L::load(row(&batch.rare.corners.0[c], r));
     let finite = fetch::finite::<L>(value);
-    let [red, green, blue, alpha] = classify::<L, SPLIT>(frame, L::select(finite, value, L::splat(frame.table_low)));
+    let [red, green, blue, alpha] = classify::<L, SPLIT>(frame, L::select(finite, value, L::splat(frame.color.low)));
     [L::keep(finite, red), L::keep(finite, green), L::keep(finite, blue), L::keep(finite, alpha)]
 }
 
@@ -81,9 +82,9 @@ impl<'v, const SPLIT: bool> Kernel<Frame<'v>, Batch> for ClassifyCorners<SPLIT> 
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
         for_rows!(batch.rows, r => {
-            let x = L::load(row(&batch.weight[0], r));
-            let y = L::load(row(&batch.weight[1], r));
-            let z = L::load(row(&batch.weight[2], r));
+            let x = L::load(row(&batch.sample.weight[0], r));
+            let y = L::load(row(&batch.sample.weight[1], r));
+            let z = L::load(row(&batch.sample.weight[2], r));
             let e00 = lerp::<L>(corner::<L, SPLIT>(frame, batch, 0, r), corner::<L, SPLIT>(frame, batch, 1, r), x);
             let e10 = lerp::<L>(corner::<L, SPLIT>(frame, batch, 2, r), corner::<L, SPLIT>(frame, batch, 3, r), x);
             let near = lerp::<L>(e00, e10, y);

@@ -1,8 +1,9 @@
 //! Opacity for the true length of a fragment's piece of the ray: A' = 1 - (1 - A)^length, colour scaled with it.
 
-use super::batch::{Batch, Frame, for_rows, row, row_mut};
+use super::batch::Batch;
+use super::frame::Frame;
 use crate::lanes::math::opacity_for_ratio;
-use crate::lanes::{Kernel, Lanes};
+use crate::lanes::{Kernel, Lanes, for_rows, row, row_mut};
 
 /// Runs where pieces are not all one slab long: at the box's border, and everywhere in perspective. `SOME` batches have rows of whole slabs.
 pub(crate) struct Correct<const SOME: bool>;
@@ -12,20 +13,20 @@ impl<'v, const SOME: bool> Kernel<Frame<'v>, Batch> for Correct<SOME> {
     fn run<L: Lanes>(_: &Frame<'v>, batch: &mut Batch) {
         let one = L::splat(1.0);
         for_rows!(batch.shown, r => {
-            let length = L::load(row(&batch.length, r));
+            let length = L::load(row(&batch.slab.length, r));
             // Whole slabs keep their bits, so that a batch's other pixels do not matter.
             let whole = L::and(L::le(length, one), L::le(one, length));
             // Fragments that are not covered are masked out next.
             if SOME && !L::bits(whole) & (batch.mask >> (8 * r)) as u8 == 0 {
                 continue;
             }
-            let alpha = L::load(row(&batch.alpha, r));
+            let alpha = L::load(row(&batch.slab.alpha, r));
             let corrected = L::select(whole, alpha, opacity_for_ratio::<L>(alpha, length));
             // Where alpha is 0 the colour is 0 too: any finite factor serves.
             let opaque = L::lt(L::splat(0.0), alpha);
             let factor = L::select(whole, one, L::div(L::keep(opaque, corrected), L::select(opaque, alpha, one)));
-            L::store(corrected, row_mut(&mut batch.alpha, r));
-            for channel in &mut batch.color {
+            L::store(corrected, row_mut(&mut batch.slab.alpha, r));
+            for channel in &mut batch.slab.color {
                 let c = row_mut(channel, r);
                 L::store(L::mul(L::load(c), factor), c);
             }
@@ -40,8 +41,8 @@ impl<'v> Kernel<Frame<'v>, Batch> for CorrectRiemann {
     #[inline(always)]
     fn run<L: Lanes>(_: &Frame<'v>, batch: &mut Batch) {
         for_rows!(batch.shown, r => {
-            let length = L::load(row(&batch.length, r));
-            for channel in batch.color.iter_mut().chain([&mut batch.alpha]) {
+            let length = L::load(row(&batch.slab.length, r));
+            for channel in batch.slab.color.iter_mut().chain([&mut batch.slab.alpha]) {
                 let c = row_mut(channel, r);
                 L::store(L::mul(L::load(c), length), c);
             }

@@ -1,7 +1,8 @@
 //! Trilinear lookup in the voxels' own type.
 
-use super::batch::{BATCH, Batch, Frame, for_rows, row, row_mut, spread};
-use crate::lanes::{CornerPairs, Kernel, Lanes};
+use super::batch::Batch;
+use super::frame::Frame;
+use crate::lanes::{BATCH, CornerPairs, Kernel, Lanes, for_rows, row, row_mut, spread};
 use crate::volume::packed::{self, Packed};
 use crate::volume::{Voxels, with_voxels};
 
@@ -64,15 +65,15 @@ fn byte<L: Lanes, const SIGNED: bool, const N: i32>(quad: L::I) -> L::F {
 /// Packed 8-bit voxels, but for rows in which nothing shows.
 #[inline(always)]
 fn packed8<L: Lanes, const SIGNED: bool>(frame: &Frame<'_>, packed: &[u16], batch: &mut Batch) {
-    let (cells, rows) = (batch.cells, batch.rows);
-    let lit = match frame.hidden_up_to.filter(|_| batch.mostly_hidden) {
-        Some(hidden_up_to) => cells.quads8::<L, SIGNED, true>(packed, &batch.offset, rows, hidden_up_to, &mut batch.pairs16),
-        None => cells.quads8::<L, SIGNED, false>(packed, &batch.offset, rows, 0, &mut batch.pairs16),
+    let (cells, rows) = (batch.geometry.cells, batch.rows);
+    let lit = match frame.sample.hidden_up_to.filter(|_| batch.mostly_hidden) {
+        Some(hidden_up_to) => cells.quads8::<L, SIGNED, true>(packed, &batch.sample.offset, rows, hidden_up_to, &mut batch.sample.pairs16),
+        None => cells.quads8::<L, SIGNED, false>(packed, &batch.sample.offset, rows, 0, &mut batch.sample.pairs16),
     };
     batch.shown &= lit;
     for_rows!(lit, r => {
-        let near = L::load_i(bytemuck::cast_ref(row(&batch.pairs16.0[0], r)));
-        let far = L::load_i(bytemuck::cast_ref(row(&batch.pairs16.0[1], r)));
+        let near = L::load_i(bytemuck::cast_ref(row(&batch.sample.pairs16.0[0], r)));
+        let far = L::load_i(bytemuck::cast_ref(row(&batch.sample.pairs16.0[1], r)));
         let edges = [
             [byte::<L, SIGNED, 0>(near), byte::<L, SIGNED, 2>(near)],
             [byte::<L, SIGNED, 1>(near), byte::<L, SIGNED, 3>(near)],
@@ -87,7 +88,7 @@ fn packed8<L: Lanes, const SIGNED: bool>(frame: &Frame<'_>, packed: &[u16], batc
 #[inline(always)]
 fn rows8<L: Lanes, const SIGNED: bool>(batch: &mut Batch) {
     for_rows!(batch.rows, r => {
-        let p = &batch.pairs8;
+        let p = &batch.rare.pairs8;
         let edges =
             [halves8::<L, SIGNED>(p, 0, r), halves8::<L, SIGNED>(p, 1, r), halves8::<L, SIGNED>(p, 2, r), halves8::<L, SIGNED>(p, 3, r)];
         trilinear::<L>(edges, batch, r);
@@ -98,7 +99,7 @@ fn rows8<L: Lanes, const SIGNED: bool>(batch: &mut Batch) {
 #[inline(always)]
 fn rows16<L: Lanes, const SIGNED: bool>(batch: &mut Batch) {
     for_rows!(batch.rows, r => {
-        let p = &batch.pairs16;
+        let p = &batch.sample.pairs16;
         let edges = [
             halves16::<L, SIGNED>(p, 0, r),
             halves16::<L, SIGNED>(p, 1, r),
@@ -112,14 +113,14 @@ fn rows16<L: Lanes, const SIGNED: bool>(batch: &mut Batch) {
 /// Packed 16-bit voxels, but for rows in which nothing shows.
 #[inline(always)]
 fn packed16<L: Lanes, const SIGNED: bool>(frame: &Frame<'_>, packed: &[u32], batch: &mut Batch) {
-    let (cells, rows) = (batch.cells, batch.rows);
-    let lit = match frame.hidden_up_to.filter(|_| batch.mostly_hidden) {
-        Some(hidden_up_to) => cells.quads16::<L, SIGNED, true>(packed, &batch.offset, rows, hidden_up_to, &mut batch.pairs16),
-        None => cells.quads16::<L, SIGNED, false>(packed, &batch.offset, rows, 0, &mut batch.pairs16),
+    let (cells, rows) = (batch.geometry.cells, batch.rows);
+    let lit = match frame.sample.hidden_up_to.filter(|_| batch.mostly_hidden) {
+        Some(hidden_up_to) => cells.quads16::<L, SIGNED, true>(packed, &batch.sample.offset, rows, hidden_up_to, &mut batch.sample.pairs16),
+        None => cells.quads16::<L, SIGNED, false>(packed, &batch.sample.offset, rows, 0, &mut batch.sample.pairs16),
     };
     batch.shown &= lit;
     for_rows!(lit, r => {
-        let p = &batch.pairs16;
+        let p = &batch.sample.pairs16;
         let [near_left, near_right] = [halves16::<L, SIGNED>(p, 0, r), halves16::<L, SIGNED>(p, 1, r)];
         let [far_left, far_right] = [halves16::<L, SIGNED>(p, 2, r), halves16::<L, SIGNED>(p, 3, r)];
         let edges = [
@@ -136,7 +137,7 @@ fn packed16<L: Lanes, const SIGNED: bool>(frame: &Frame<'_>, packed: &[u32], bat
 #[inline(always)]
 fn rows32<L: Lanes, const INTEGER: bool>(batch: &mut Batch) {
     for_rows!(batch.rows, r => {
-        let [c0, c1, c2, c3, c4, c5, c6, c7] = &batch.corners.0;
+        let [c0, c1, c2, c3, c4, c5, c6, c7] = &batch.rare.corners.0;
         let edges = [
             [corner::<L, INTEGER>(c0, r), corner::<L, INTEGER>(c1, r)],
             [corner::<L, INTEGER>(c2, r), corner::<L, INTEGER>(c3, r)],
@@ -157,26 +158,26 @@ fn corner<L: Lanes, const INTEGER: bool>(values: &[f32; BATCH], r: usize) -> L::
 /// Three rounds of linear interpolation between the corners [x, x+1] of the four edges along x.
 #[inline(always)]
 fn trilinear<L: Lanes>(edges: [[L::F; 2]; 4], batch: &mut Batch, r: usize) {
-    let x = L::load(row(&batch.weight[0], r));
-    let y = L::load(row(&batch.weight[1], r));
-    let z = L::load(row(&batch.weight[2], r));
+    let x = L::load(row(&batch.sample.weight[0], r));
+    let y = L::load(row(&batch.sample.weight[1], r));
+    let z = L::load(row(&batch.sample.weight[2], r));
     let [e00, e10, e01, e11] = edges;
     let near = lerp::<L>(lerp::<L>(e00[0], e00[1], x), lerp::<L>(e10[0], e10[1], x), y);
     let far = lerp::<L>(lerp::<L>(e01[0], e01[1], x), lerp::<L>(e11[0], e11[1], x), y);
     let value = lerp::<L>(near, far, z);
-    L::store(value, row_mut(&mut batch.value, r));
+    L::store(value, row_mut(&mut batch.sample.value, r));
 }
 
 impl<'v> Kernel<Frame<'v>, Batch> for FetchPairs8 {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
-        match frame.voxels {
+        match frame.sample.voxels {
             Voxels::U8(v) => {
-                batch.cells.pairs8::<L>(v, &batch.offset, batch.rows, &mut batch.pairs8);
+                batch.geometry.cells.pairs8::<L>(v, &batch.sample.offset, batch.rows, &mut batch.rare.pairs8);
                 rows8::<L, false>(batch);
             }
             Voxels::I8(v) => {
-                batch.cells.pairs8::<L>(bytemuck::cast_slice(v), &batch.offset, batch.rows, &mut batch.pairs8);
+                batch.geometry.cells.pairs8::<L>(bytemuck::cast_slice(v), &batch.sample.offset, batch.rows, &mut batch.rare.pairs8);
                 rows8::<L, true>(batch);
             }
             _ => unreachable!("the plan chose 8-bit lookups for other voxels"),
@@ -187,10 +188,10 @@ impl<'v> Kernel<Frame<'v>, Batch> for FetchPairs8 {
 impl<'v> Kernel<Frame<'v>, Batch> for FetchPacked8 {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
-        let Some(Packed { pairs: packed::PackedPairs::Of8(packed), .. }) = frame.packed else {
+        let Some(Packed { pairs: packed::PackedPairs::Of8(packed), .. }) = frame.sample.packed else {
             unreachable!("the plan chose packed lookups for voxels that are not");
         };
-        if matches!(frame.voxels, Voxels::I8(_)) {
+        if matches!(frame.sample.voxels, Voxels::I8(_)) {
             packed8::<L, true>(frame, packed, batch);
         } else {
             packed8::<L, false>(frame, packed, batch);
@@ -201,13 +202,13 @@ impl<'v> Kernel<Frame<'v>, Batch> for FetchPacked8 {
 impl<'v> Kernel<Frame<'v>, Batch> for FetchPairs16 {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
-        match frame.voxels {
+        match frame.sample.voxels {
             Voxels::U16(v) => {
-                batch.cells.pairs16::<L>(v, &batch.offset, batch.rows, &mut batch.pairs16);
+                batch.geometry.cells.pairs16::<L>(v, &batch.sample.offset, batch.rows, &mut batch.sample.pairs16);
                 rows16::<L, false>(batch);
             }
             Voxels::I16(v) => {
-                batch.cells.pairs16::<L>(bytemuck::cast_slice(v), &batch.offset, batch.rows, &mut batch.pairs16);
+                batch.geometry.cells.pairs16::<L>(bytemuck::cast_slice(v), &batch.sample.offset, batch.rows, &mut batch.sample.pairs16);
                 rows16::<L, true>(batch);
             }
             _ => unreachable!("the plan chose 16-bit lookups for other voxels"),
@@ -218,10 +219,10 @@ impl<'v> Kernel<Frame<'v>, Batch> for FetchPairs16 {
 impl<'v> Kernel<Frame<'v>, Batch> for FetchPacked16 {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
-        let Some(Packed { pairs: packed::PackedPairs::Of16(packed), .. }) = frame.packed else {
+        let Some(Packed { pairs: packed::PackedPairs::Of16(packed), .. }) = frame.sample.packed else {
             unreachable!("the plan chose packed lookups for voxels that are not");
         };
-        if matches!(frame.voxels, Voxels::I16(_)) {
+        if matches!(frame.sample.voxels, Voxels::I16(_)) {
             packed16::<L, true>(frame, packed, batch);
         } else {
             packed16::<L, false>(frame, packed, batch);
@@ -232,14 +233,14 @@ impl<'v> Kernel<Frame<'v>, Batch> for FetchPacked16 {
 impl<'v> Kernel<Frame<'v>, Batch> for FetchPairs32 {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
-        let bits: &[u32] = match frame.voxels {
+        let bits: &[u32] = match frame.sample.voxels {
             Voxels::F32(v) => bytemuck::cast_slice(v),
             Voxels::I32(v) => bytemuck::cast_slice(v),
             Voxels::U32(v) => v,
             _ => unreachable!("the plan chose 32-bit lookups for other voxels"),
         };
-        batch.cells.pairs32::<L>(bits, &batch.offset, batch.rows, &mut batch.corners);
-        if matches!(frame.voxels, Voxels::F32(_)) {
+        batch.geometry.cells.pairs32::<L>(bits, &batch.sample.offset, batch.rows, &mut batch.rare.corners);
+        if matches!(frame.sample.voxels, Voxels::F32(_)) {
             rows32::<L, false>(batch);
         } else {
             rows32::<L, true>(batch);
@@ -265,12 +266,12 @@ impl<'v, const FAR: bool> Kernel<Frame<'v>, Batch> for FetchNearest<FAR> {
         let mut step = [0; BATCH];
         let lanes = spread(batch.rows);
         for i in (0..BATCH).filter(|i| lanes >> i & 1 == 1) {
-            let [sx, sy, sz] = frame.strides;
-            step[i] = upper(&batch.weight[0], i, sx) + upper(&batch.weight[1], i, sy) + upper(&batch.weight[2], i, sz);
+            let [sx, sy, sz] = frame.sample.strides;
+            step[i] = upper(&batch.sample.weight[0], i, sx) + upper(&batch.sample.weight[1], i, sy) + upper(&batch.sample.weight[2], i, sz);
         }
-        with_voxels!(frame.voxels, v => {
-            let offset = |i: usize| if FAR { batch.far_offset[i] as usize } else { batch.offset[i] as usize };
-            batch.cells.each(v, lanes, |i| offset(i) + step[i], frame.to_f32, &mut batch.value);
+        with_voxels!(frame.sample.voxels, v => {
+            let offset = |i: usize| if FAR { batch.rare.far_offset[i] as usize } else { batch.sample.offset[i] as usize };
+            batch.geometry.cells.each(v, lanes, |i| offset(i) + step[i], frame.sample.to_f32, &mut batch.sample.value);
         });
     }
 }
@@ -281,11 +282,11 @@ pub(crate) struct FetchCorners<const FAR: bool>;
 impl<'v, const FAR: bool> Kernel<Frame<'v>, Batch> for FetchCorners<FAR> {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
-        with_voxels!(frame.voxels, v => {
+        with_voxels!(frame.sample.voxels, v => {
             if FAR {
-                batch.cells.far_corners(v, &batch.far_offset, frame.to_f32, &mut batch.corners);
+                batch.geometry.cells.far_corners(v, &batch.rare.far_offset, frame.sample.to_f32, &mut batch.rare.corners);
             } else {
-                batch.cells.corners::<L, _>(v, &batch.offset, batch.rows, frame.to_f32, &mut batch.corners);
+                batch.geometry.cells.corners::<L, _>(v, &batch.sample.offset, batch.rows, frame.sample.to_f32, &mut batch.rare.corners);
             }
         });
     }
@@ -304,9 +305,9 @@ impl<'v> Kernel<Frame<'v>, Batch> for Guard {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
         for_rows!(batch.rows, r => {
-            let v = L::load(row(&batch.value, r));
+            let v = L::load(row(&batch.sample.value, r));
             let finite = finite::<L>(v);
-            L::store(L::select(finite, v, L::splat(frame.table_low)), row_mut(&mut batch.value, r));
+            L::store(L::select(finite, v, L::splat(frame.color.low)), row_mut(&mut batch.sample.value, r));
             batch.mask &= !(0xff << (8 * r)) | u64::from(L::bits(finite)) << (8 * r);
         });
     }

@@ -1,8 +1,9 @@
 //! Fog on premultiplied colour: C' = f C + (1 - f) A C_fog; the literal formula leaves A out.
 
-use super::batch::{Batch, Frame, for_rows, row, row_mut};
+use super::batch::Batch;
+use super::frame::Frame;
 use crate::lanes::math::exp_negative;
-use crate::lanes::{Kernel, Lanes};
+use crate::lanes::{Kernel, Lanes, for_rows, row, row_mut};
 use crate::scene::FogMode;
 
 /// One factor for the whole slice.
@@ -17,8 +18,8 @@ pub(crate) struct FogEach;
 #[inline(always)]
 fn mix<L: Lanes>(batch: &mut Batch, r: usize, f: L::F, color: [f32; 3], weighted: bool) {
     let rest = L::sub(L::splat(1.0), f);
-    let amount = if weighted { L::mul(rest, L::load(row(&batch.alpha, r))) } else { rest };
-    for (channel, fog) in batch.color.iter_mut().zip(color) {
+    let amount = if weighted { L::mul(rest, L::load(row(&batch.slab.alpha, r))) } else { rest };
+    for (channel, fog) in batch.slab.color.iter_mut().zip(color) {
         let c = row_mut(channel, r);
         L::store(L::add(L::mul(L::load(c), f), L::mul(amount, L::splat(fog))), c);
     }
@@ -28,7 +29,7 @@ impl<'v> Kernel<Frame<'v>, Batch> for FogPlanar {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
         let Some(fog) = frame.fog else { return };
-        let f = L::splat(batch.fog);
+        let f = L::splat(batch.fog.slice);
         for_rows!(batch.shown, r => {
             mix::<L>(batch, r, f, fog.color, fog.weighted);
         });
@@ -40,7 +41,7 @@ impl<'v> Kernel<Frame<'v>, Batch> for FogEach {
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
         let Some(fog) = frame.fog else { return };
         for_rows!(batch.shown, r => {
-            let f = L::load(row(&batch.fog_each, r));
+            let f = L::load(row(&batch.fog.each, r));
             mix::<L>(batch, r, f, fog.color, fog.weighted);
         });
     }

@@ -10,23 +10,25 @@
 //!  span -> texcoord -> fetch -> [guard] -> classify -> [correct] -> [fog] -> [mask] -> blend
 //! ```
 
-pub(crate) mod batch;
+mod batch;
 mod blend;
 mod classify;
 mod correct;
 mod fetch;
 mod fog;
+mod frame;
 mod pair;
 pub(crate) mod project;
 mod span;
 mod texcoord;
 
-pub(crate) use batch::{Batch, Frame, FrameFog, PixelBlock};
+pub(crate) use batch::{Batch, PixelBlock, RaySummary};
 pub(crate) use blend::{BlendBack, BlendFront, Compensated, MaskStage, Plain, Store, Unorm8};
 pub(crate) use classify::{Classify, ClassifyCorners};
 pub(crate) use correct::{Correct, CorrectRiemann};
 pub(crate) use fetch::{FetchAny, FetchCorners, FetchNearest, FetchPacked8, FetchPacked16, FetchPairs8, FetchPairs16, FetchPairs32, Guard};
 pub(crate) use fog::{FogEach, FogPlanar, FogRadial};
+pub(crate) use frame::{BlendFrame, ColorFrame, FogFrame, Frame, SampleFrame};
 pub(crate) use pair::{BEHIND, ClassifyPair, KeepValue};
 pub(crate) use project::{ProjectAdd, ProjectAverage, ProjectIso, ProjectLmip, ProjectMax, ProjectMin};
 pub(crate) use span::{Span, SpanPair};

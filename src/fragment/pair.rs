@@ -1,9 +1,10 @@
 //! Classification of pre-integrated slabs: by the values at both sides, one of them kept from the slice before.
 
-use super::batch::{Batch, Frame, for_rows, row, row_mut};
+use super::batch::Batch;
 use super::classify::{keep, lerp, position};
 use super::fetch::finite;
-use crate::lanes::{Kernel, Lanes};
+use super::frame::Frame;
+use crate::lanes::{Kernel, Lanes, for_rows, row, row_mut};
 
 /// A lookup linear in both values; the slab between the slice before (or the ray's entry) and this slice.
 ///
@@ -24,7 +25,7 @@ pub(crate) struct KeepValue;
 /// Values that the next slice finds: those of this one.
 #[inline(always)]
 fn remember<L: Lanes>(batch: &mut Batch, r: usize) {
-    let value = L::load(row(&batch.value, r));
+    let value = L::load(row(&batch.sample.value, r));
     let previous = row_mut(&mut batch.pixels.previous[0], r);
     let old = L::load(previous);
     L::store(value, previous);
@@ -44,12 +45,12 @@ impl<'v, const SPLIT: bool, const SECOND: bool, const FINE: bool> Kernel<Frame<'
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
         let slice = L::splat_i(batch.slice);
-        let (side, last) = (L::splat(frame.table_last + 1.0), L::splat(frame.table_last - 1.0));
+        let (side, last) = (L::splat(frame.color.last + 1.0), L::splat(frame.color.last - 1.0));
         let side_i = L::trunc(side);
-        let clear = L::splat(frame.first_visible);
+        let clear = L::splat(frame.color.first_visible);
         let mut shown = 0;
         for_rows!(batch.rows, r => {
-            let back = L::load(row(&batch.value, r));
+            let back = L::load(row(&batch.sample.value, r));
             let first = L::load_i(row(&batch.pixels.first, r));
             let previous = L::load(row(&batch.pixels.previous[0], r));
             let entered = L::eq_i(slice, first);
@@ -85,8 +86,8 @@ impl<'v, const SPLIT: bool, const SECOND: bool, const FINE: bool> Kernel<Frame<'
                 let v = L::sub(y, L::to_f(j));
                 // Whole numbers below 2^24: exact in f32.
                 let index = L::add_i(L::trunc(L::mul(i, side)), j);
-                let mut color = lerp::<L>(L::lookup(&frame.table, index, v), L::lookup(&frame.table, L::add_i(index, side_i), v), u);
-                if let (true, Some((table, [offset, factor, end]))) = (FINE, &frame.fine) {
+                let mut color = lerp::<L>(L::lookup(&frame.color.table, index, v), L::lookup(&frame.color.table, L::add_i(index, side_i), v), u);
+                if let (true, Some((table, [offset, factor, end]))) = (FINE, &frame.color.fine) {
                     let mean = L::mul(L::add(x, y), L::splat(0.5));
                     let at = L::mul(L::sub(mean, L::splat(*offset)), L::splat(*factor));
                     let at = L::min(L::max(at, L::splat(0.0)), L::splat(*end));

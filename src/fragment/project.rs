@@ -3,8 +3,9 @@
 //! The first colour channel of a pixel keeps the value so far, its transmittance falls to 0 once the result stands (local
 //! maximum, surface). Slices come front to back.
 
-use super::batch::{Batch, Frame, for_rows, row, row_mut, spread};
-use crate::lanes::{Kernel, Lanes};
+use super::batch::Batch;
+use super::frame::Frame;
+use crate::lanes::{Kernel, Lanes, for_rows, row, row_mut, spread};
 
 /// Stored value of pixels that no fragment has reached: below every finite value.
 pub(crate) const NOTHING: f32 = f32::NEG_INFINITY;
@@ -29,7 +30,7 @@ impl<'v> Kernel<Frame<'v>, Batch> for ProjectMax {
             let covered = L::from_bits((batch.mask >> (8 * r)) as u8);
             let best = row_mut(&mut batch.pixels.color[0], r);
             let old = L::load(best);
-            let new = L::max(L::load(row(&batch.value, r)), old);
+            let new = L::max(L::load(row(&batch.sample.value, r)), old);
             L::store(L::select(covered, new, old), best);
         });
     }
@@ -40,7 +41,7 @@ impl<'v> Kernel<Frame<'v>, Batch> for ProjectMin {
     fn run<L: Lanes>(_: &Frame<'v>, batch: &mut Batch) {
         for_rows!(batch.rows, r => {
             let covered = L::from_bits((batch.mask >> (8 * r)) as u8);
-            let value = L::load(row(&batch.value, r));
+            let value = L::load(row(&batch.sample.value, r));
             let best = row_mut(&mut batch.pixels.color[0], r);
             let old = L::load(best);
             let unset = L::le(old, L::splat(NOTHING));
@@ -53,12 +54,12 @@ impl<'v> Kernel<Frame<'v>, Batch> for ProjectMin {
 impl<'v> Kernel<Frame<'v>, Batch> for ProjectAverage {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
-        let low = L::splat(frame.table_low);
+        let low = L::splat(frame.color.low);
         for_rows!(batch.rows, r => {
             let covered = L::from_bits((batch.mask >> (8 * r)) as u8);
-            let length = L::keep(covered, L::load(row(&batch.length, r)));
+            let length = L::keep(covered, L::load(row(&batch.slab.length, r)));
             // Relative to the low end, so that an offset common to all values costs no digits.
-            let value = L::sub(L::load(row(&batch.value, r)), low);
+            let value = L::sub(L::load(row(&batch.sample.value, r)), low);
             let sum = row_mut(&mut batch.pixels.color[0], r);
             L::store(L::add(L::load(sum), L::mul(length, value)), sum);
             let lengths = row_mut(&mut batch.pixels.color[1], r);
@@ -71,7 +72,7 @@ impl<'v> Kernel<Frame<'v>, Batch> for ProjectAdd {
     #[inline(always)]
     fn run<L: Lanes>(_: &Frame<'v>, batch: &mut Batch) {
         for_rows!(batch.shown, r => {
-            for (sum, channel) in batch.pixels.color.iter_mut().zip(&batch.color).chain([(&mut batch.pixels.transmittance, &batch.alpha)]) {
+            for (sum, channel) in batch.pixels.color.iter_mut().zip(&batch.slab.color).chain([(&mut batch.pixels.transmittance, &batch.slab.alpha)]) {
                 let sum = row_mut(sum, r);
                 L::store(L::add(L::load(sum), L::load(row(channel, r))), sum);
             }
@@ -82,13 +83,13 @@ impl<'v> Kernel<Frame<'v>, Batch> for ProjectAdd {
 impl<'v> Kernel<Frame<'v>, Batch> for ProjectLmip {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
-        let level = L::splat(frame.level);
+        let level = L::splat(frame.blend.level);
         let zero = L::splat(0.0);
         let slice = L::splat_i(batch.slice);
         let mut alive = batch.pixels.alive & !spread(batch.rows);
         for_rows!(batch.rows, r => {
             let covered = L::from_bits((batch.mask >> (8 * r)) as u8);
-            let value = L::load(row(&batch.value, r));
+            let value = L::load(row(&batch.sample.value, r));
             let left = L::load(row(&batch.pixels.transmittance, r));
             let open = L::and(covered, L::lt(zero, left));
             let last = L::load(row(&batch.pixels.color[0], r));
@@ -110,13 +111,13 @@ impl<'v> Kernel<Frame<'v>, Batch> for ProjectLmip {
 impl<'v> Kernel<Frame<'v>, Batch> for ProjectIso {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
-        let level = L::splat(frame.level);
+        let level = L::splat(frame.blend.level);
         let (zero, one) = (L::splat(0.0), L::splat(1.0));
         let slice = L::splat_i(batch.slice);
         let mut alive = batch.pixels.alive & !spread(batch.rows);
         for_rows!(batch.rows, r => {
             let covered = L::from_bits((batch.mask >> (8 * r)) as u8);
-            let value = L::load(row(&batch.value, r));
+            let value = L::load(row(&batch.sample.value, r));
             let left = L::load(row(&batch.pixels.transmittance, r));
             let open = L::and(covered, L::lt(zero, left));
             let before = L::load(row(&batch.pixels.color[0], r));

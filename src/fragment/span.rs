@@ -1,7 +1,8 @@
 //! Which fragments of a batch are covered, and how long each one's piece of the ray is.
 
-use super::batch::{Batch, Frame, SIDE, row, row_mut};
-use crate::lanes::{Kernel, Lanes};
+use super::batch::Batch;
+use super::frame::Frame;
+use crate::lanes::{Kernel, Lanes, SIDE, row, row_mut};
 
 /// Compares the slice with every pixel's first and last slice; fills `mask` and `length`.
 pub(crate) struct Span;
@@ -38,7 +39,7 @@ fn span<L: Lanes, const LAST: bool>(batch: &mut Batch) {
             length = L::select(L::eq_i(slice, last), L::load(row(&batch.pixels.last_length, r)), length);
         }
         let length = L::select(L::eq_i(slice, first), L::load(row(&batch.pixels.first_length, r)), length);
-        L::store(L::mul(length, L::load(row(&batch.pixels.slant, r))), row_mut(&mut batch.length, r));
+        L::store(L::mul(length, L::load(row(&batch.pixels.slant, r))), row_mut(&mut batch.slab.length, r));
     }
     batch.mask = !outside;
     batch.ended = ended;

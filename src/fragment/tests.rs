@@ -1,9 +1,10 @@
 //! Each stage against its scalar twin on random batches, over every level of the machine.
 
-use super::batch::{BATCH, Batch, Frame, FrameFog};
+use super::batch::Batch;
+use super::frame::{FogFrame, Frame};
 use super::*;
 use crate::lanes::tests::Numbers;
-use crate::lanes::{Kernel, Level, LookupTable};
+use crate::lanes::{BATCH, Kernel, Level, LookupTable};
 use crate::scene::FogMode;
 use crate::volume::packed::{Packed, PackedPairs};
 use crate::volume::{VoxelType, Voxels};
@@ -28,21 +29,24 @@ fn voxels(kind: VoxelType, n: &mut Numbers) -> Voxels {
 fn frame<'v>(voxels: &'v Voxels, n: &mut Numbers, mode: FogMode, weighted: bool) -> Frame<'v> {
     let colors: Vec<[f32; 4]> = (0..64).map(|_| std::array::from_fn(|_| n.unit32())).collect();
     Frame {
-        voxels,
-        packed: None,
-        strides: [1, DIMS[0], DIMS[0] * DIMS[1]],
-        far: false,
-        to_f32: None,
-        table: Arc::new(LookupTable::new(&colors)),
-        table_low: 3.0,
-        table_scale: [0.21, 1.0],
-        first_visible: 0.0,
-        hidden_up_to: None,
-        table_last: 63.0,
-        fine: Some((Arc::new(LookupTable::new(&colors[..40])), [3.0, 0.7, 39.0])),
-        terminate: 0.01,
-        fog: Some(FrameFog { mode, color: [0.2, 0.5, 0.9], weighted }),
-        level: 100.0,
+        sample: SampleFrame {
+            voxels,
+            packed: None,
+            strides: [1, DIMS[0], DIMS[0] * DIMS[1]],
+            far: false,
+            to_f32: None,
+            hidden_up_to: None,
+        },
+        color: ColorFrame {
+            table: Arc::new(LookupTable::new(&colors)),
+            low: 3.0,
+            scale: [0.21, 1.0],
+            last: 63.0,
+            fine: Some((Arc::new(LookupTable::new(&colors[..40])), [3.0, 0.7, 39.0])),
+            first_visible: 0.0,
+        },
+        blend: BlendFrame { terminate: 0.01, level: 100.0 },
+        fog: Some(FogFrame { mode, color: [0.2, 0.5, 0.9], weighted }),
     }
 }
 
@@ -51,22 +55,22 @@ fn batch(n: &mut Numbers) -> Box<Batch> {
     let mut b = Batch::new();
     b.slice = (n.bits() % 9) as i32;
     b.depth = n.unit32() * 10.0;
-    b.fog = n.unit32();
+    b.fog.slice = n.unit32();
     b.mask = n.bits();
     let base = [n.bits() as usize % 10, n.bits() as usize % 9, n.bits() as usize % 8];
-    b.cells.strides = [1, DIMS[0], DIMS[0] * DIMS[1]];
-    b.cells.base = base[0] + base[1] * DIMS[0] + base[2] * DIMS[0] * DIMS[1];
+    b.geometry.cells.strides = [1, DIMS[0], DIMS[0] * DIMS[1]];
+    b.geometry.cells.base = base[0] + base[1] * DIMS[0] + base[2] * DIMS[0] * DIMS[1];
     for axis in 0..3 {
-        b.origin[axis] = n.unit32() * 9.0 - 3.0;
-        b.across[axis] = n.unit32() * 2.0 - 1.0;
-        b.down[axis] = n.unit32() * 2.0 - 1.0;
-        b.top[axis] = (DIMS[axis] - 2 - base[axis]) as f32;
-        b.reach[axis] = b.top[axis] + 1.0;
+        b.geometry.origin[axis] = n.unit32() * 9.0 - 3.0;
+        b.geometry.across[axis] = n.unit32() * 2.0 - 1.0;
+        b.geometry.down[axis] = n.unit32() * 2.0 - 1.0;
+        b.geometry.top[axis] = (DIMS[axis] - 2 - base[axis]) as f32;
+        b.geometry.reach[axis] = b.geometry.top[axis] + 1.0;
     }
     for i in 0..BATCH {
-        b.value[i] = n.unit32() * 400.0 - 50.0;
-        b.alpha[i] = if n.bits() % 4 == 0 { 0.0 } else { n.unit32() };
-        b.length[i] = if n.bits() % 2 == 0 { 1.0 } else { n.unit32() * 1.5 };
+        b.sample.value[i] = n.unit32() * 400.0 - 50.0;
+        b.slab.alpha[i] = if n.bits() % 4 == 0 { 0.0 } else { n.unit32() };
+        b.slab.length[i] = if n.bits() % 2 == 0 { 1.0 } else { n.unit32() * 1.5 };
         b.pixels.first[i] = (n.bits() % 6) as i32;
         b.pixels.last[i] = (n.bits() % 12) as i32;
         b.pixels.first_length[i] = n.unit32();
@@ -74,13 +78,13 @@ fn batch(n: &mut Numbers) -> Box<Batch> {
         b.pixels.slant[i] = 1.0 + n.unit32();
         b.pixels.plane_squared[i] = n.unit32() * 5.0;
         b.pixels.transmittance[i] = n.unit32() * n.unit32() * n.unit32();
-        b.fog_each[i] = n.unit32();
+        b.fog.each[i] = n.unit32();
         b.pixels.entry[i] = n.unit32() * 300.0;
-        b.pixels.middle = [b.value, b.pixels.entry];
+        b.pixels.middle = [b.sample.value, b.pixels.entry];
         b.pixels.previous[0][i] = n.unit32() * 300.0;
         b.pixels.previous[1][i] = n.unit32() * 300.0;
         for c in 0..3 {
-            b.color[c][i] = n.unit32() * b.alpha[i];
+            b.slab.color[c][i] = n.unit32() * b.slab.alpha[i];
             b.pixels.color[c][i] = n.unit32() * 200.0;
         }
     }
@@ -90,11 +94,16 @@ fn batch(n: &mut Numbers) -> Box<Batch> {
 /// Everything a stage may write, as bits.
 fn bits(b: &Batch) -> Vec<u64> {
     let mut all = vec![b.mask, b.pixels.alive];
-    all.extend(b.offset.iter().map(|&o| o as u64));
+    all.extend(b.sample.offset.iter().map(|&o| o as u64));
     all.extend(b.pixels.previous.iter().flatten().map(|x| if x.is_nan() { u64::MAX } else { u64::from(x.to_bits()) }));
     all.extend(b.pixels.excess.iter().flatten().map(|x| u64::from(x.to_bits())));
-    all.extend(b.far_offset);
-    let floats = b.weight.iter().chain(&b.color).chain(&b.pixels.color).chain([&b.value, &b.alpha, &b.length, &b.pixels.transmittance]);
+    all.extend(b.rare.far_offset);
+    let floats = b.sample.weight.iter().chain(&b.slab.color).chain(&b.pixels.color).chain([
+        &b.sample.value,
+        &b.slab.alpha,
+        &b.slab.length,
+        &b.pixels.transmittance,
+    ]);
     all.extend(floats.flatten().map(|x: &f32| if x.is_nan() { u64::MAX } else { u64::from(x.to_bits()) }));
     all
 }
@@ -134,13 +143,16 @@ fn twin<K: for<'v> Kernel<Frame<'v>, Batch>>(name: &str, before: &[fn(&Frame<'_>
 }
 
 fn clone_into(from: &Batch, to: &mut Batch) {
-    (to.slice, to.depth, to.fog, to.mask) = (from.slice, from.depth, from.fog, from.mask);
-    (to.origin, to.across, to.down, to.top, to.reach) = (from.origin, from.across, from.down, from.top, from.reach);
-    (to.cells, to.offset, to.far_offset, to.weight) = (from.cells, from.offset, from.far_offset, from.weight);
-    (to.value, to.color, to.alpha, to.length) = (from.value, from.color, from.alpha, from.length);
+    (to.slice, to.depth, to.fog.slice, to.mask) = (from.slice, from.depth, from.fog.slice, from.mask);
+    (to.geometry.origin, to.geometry.across, to.geometry.down, to.geometry.top, to.geometry.reach) =
+        (from.geometry.origin, from.geometry.across, from.geometry.down, from.geometry.top, from.geometry.reach);
+    (to.geometry.cells, to.sample.offset, to.rare.far_offset, to.sample.weight) =
+        (from.geometry.cells, from.sample.offset, from.rare.far_offset, from.sample.weight);
+    (to.sample.value, to.slab.color, to.slab.alpha, to.slab.length) =
+        (from.sample.value, from.slab.color, from.slab.alpha, from.slab.length);
     to.pixels = from.pixels.clone();
-    to.corners = from.corners.clone();
-    to.fog_each = from.fog_each;
+    to.rare.corners = from.rare.corners.clone();
+    to.fog.each = from.fog.each;
 }
 
 fn texcoord(frame: &Frame<'_>, batch: &mut Batch) {
@@ -153,7 +165,7 @@ fn texcoord_far(frame: &Frame<'_>, batch: &mut Batch) {
 /// Some values that are none, some slices behind all others.
 fn pairs(_: &Frame<'_>, batch: &mut Batch) {
     for i in (0..BATCH).step_by(11) {
-        (batch.value[i], batch.pixels.previous[0][i + i % 2], batch.pixels.previous[1][i]) = (f32::NAN, f32::INFINITY, f32::NAN);
+        (batch.sample.value[i], batch.pixels.previous[0][i + i % 2], batch.pixels.previous[1][i]) = (f32::NAN, f32::INFINITY, f32::NAN);
     }
     if batch.mask % 4 == 0 {
         batch.slice = BEHIND;
@@ -221,10 +233,10 @@ fn guard_uncovers_fragments_without_a_finite_value() {
     for level in Level::available() {
         let mut b = Batch::new();
         b.mask = u64::MAX;
-        (b.value[3], b.value[20], b.value[63]) = (f32::NAN, f32::INFINITY, f32::NEG_INFINITY);
+        (b.sample.value[3], b.sample.value[20], b.sample.value[63]) = (f32::NAN, f32::INFINITY, f32::NEG_INFINITY);
         level.kernel::<Guard, Frame<'_>, Batch>()(&frame, &mut b);
         assert_eq!(b.mask, !(1 << 3 | 1 << 20 | 1 << 63), "{}", level.name());
-        assert!(b.value.iter().all(|v| v.is_finite()));
+        assert!(b.sample.value.iter().all(|v| v.is_finite()));
     }
 }
 
@@ -238,25 +250,26 @@ fn lookups_of_pairs_and_of_corners_agree_with_f64() {
             let mut b = batch(&mut n);
             texcoord(&frame, &mut b);
             Level::SCALAR.kernel::<FetchAny<false>, Frame<'_>, Batch>()(&frame, &mut b);
-            let any = b.value;
+            let any = b.sample.value;
             for i in 0..BATCH {
-                let at = b.cells.base + b.offset[i] as usize;
+                let at = b.geometry.cells.base + b.sample.offset[i] as usize;
                 let corner = |c: usize| voxels.get(at + (c & 1) + (c >> 1 & 1) * DIMS[0] + (c >> 2) * DIMS[0] * DIMS[1]);
-                let w = [b.weight[0][i], b.weight[1][i], b.weight[2][i]].map(f64::from);
+                let w = [b.sample.weight[0][i], b.sample.weight[1][i], b.sample.weight[2][i]].map(f64::from);
                 let want: f64 =
                     (0..8).map(|c| corner(c) * (0..3).map(|a| if c >> a & 1 == 1 { w[a] } else { 1.0 - w[a] }).product::<f64>()).sum();
                 let size = (0..8).map(|c| corner(c).abs()).fold(0.0, f64::max);
                 assert!((f64::from(any[i]) - want).abs() <= 1e-6 * size + 1e-30 || want.is_nan(), "{kind}: {} not {want}", any[i]);
             }
             // NaN has no bits that are promised.
-            let bits = |b: &Batch| b.value.map(|x| if x.is_nan() { u32::MAX } else { x.to_bits() });
+            let bits = |b: &Batch| b.sample.value.map(|x| if x.is_nan() { u32::MAX } else { x.to_bits() });
             let want = bits(&b);
             if let Some(packed) = Packed::new(&voxels, DIMS) {
                 let [row, layer] = packed.strides;
                 assert_eq!([row, layer], [DIMS[0], DIMS[0] * DIMS[1]], "offsets of the other lookups serve");
-                let frame = Frame { packed: Some(&packed), ..self::frame(&voxels, &mut n, FogMode::Exp { density: 0.0 }, true) };
+                let plain = self::frame(&voxels, &mut n, FogMode::Exp { density: 0.0 }, true);
+                let frame = Frame { sample: SampleFrame { packed: Some(&packed), ..plain.sample.clone() }, ..plain };
                 for level in Level::available() {
-                    b.value = [0.0; BATCH];
+                    b.sample.value = [0.0; BATCH];
                     match packed.pairs {
                         PackedPairs::Of8(_) => level.kernel::<FetchPacked8, Frame<'_>, Batch>()(&frame, &mut b),
                         PackedPairs::Of16(_) => level.kernel::<FetchPacked16, Frame<'_>, Batch>()(&frame, &mut b),
@@ -264,7 +277,7 @@ fn lookups_of_pairs_and_of_corners_agree_with_f64() {
                     assert_eq!(bits(&b), want, "packed {kind} at {}", level.name());
                 }
             }
-            b.value = [0.0; BATCH];
+            b.sample.value = [0.0; BATCH];
             match kind {
                 VoxelType::U8 | VoxelType::I8 => Level::SCALAR.kernel::<FetchPairs8, Frame<'_>, Batch>()(&frame, &mut b),
                 VoxelType::U16 | VoxelType::I16 => Level::SCALAR.kernel::<FetchPairs16, Frame<'_>, Batch>()(&frame, &mut b),

@@ -4,8 +4,9 @@
 //! no division. They are taken relative to a base voxel near the block, so that their fraction keeps all bits of f32 however
 //! large the volume.
 
-use super::batch::{BATCH, Batch, Frame, SIDE, for_rows, row_mut};
-use crate::lanes::{Kernel, Lanes};
+use super::batch::Batch;
+use super::frame::Frame;
+use crate::lanes::{BATCH, Kernel, Lanes, SIDE, for_rows, row_mut};
 
 /// Fills `weight` and `offset`, for batches whose cells lie within 2^24 voxels of the base voxel.
 pub(crate) struct Texcoord;
@@ -27,14 +28,14 @@ fn cell<L: Lanes, const INNER: bool>(batch: &mut Batch, steps: &Steps<L>, r: usi
     let mut u = L::add(L::splat(steps.rows[axis][r]), steps.across[axis]);
     if !INNER {
         // Clamp to edge: half a voxel at the border of a `cells` box has the border's value.
-        u = L::min(L::max(u, L::splat(0.0)), L::splat(batch.reach[axis]));
+        u = L::min(L::max(u, L::splat(0.0)), L::splat(batch.geometry.reach[axis]));
     }
     // u is not negative, so truncation is floor; a lookup on the upper border belongs to the last cell.
     let mut cell = L::whole(u);
     if !INNER {
-        cell = L::min(cell, L::splat(batch.top[axis]));
+        cell = L::min(cell, L::splat(batch.geometry.top[axis]));
     }
-    L::store(L::sub(u, cell), row_mut(&mut batch.weight[axis], r));
+    L::store(L::sub(u, cell), row_mut(&mut batch.sample.weight[axis], r));
     cell
 }
 
@@ -48,10 +49,10 @@ struct Steps<L: Lanes> {
 #[inline(always)]
 fn steps<L: Lanes>(batch: &Batch) -> Steps<L> {
     let numbers = L::load(&NUMBERS);
-    let [x, y, z] = batch.across;
+    let [x, y, z] = batch.geometry.across;
     let mut rows = [[0.0; SIDE]; 3];
     for axis in 0..3 {
-        L::store(L::add(L::splat(batch.origin[axis]), L::mul(numbers, L::splat(batch.down[axis]))), &mut rows[axis]);
+        L::store(L::add(L::splat(batch.geometry.origin[axis]), L::mul(numbers, L::splat(batch.geometry.down[axis]))), &mut rows[axis]);
     }
     Steps { rows, across: [L::mul(numbers, L::splat(x)), L::mul(numbers, L::splat(y)), L::mul(numbers, L::splat(z))] }
 }
@@ -59,19 +60,19 @@ fn steps<L: Lanes>(batch: &Batch) -> Steps<L> {
 #[inline(always)]
 fn near<L: Lanes, const INNER: bool>(frame: &Frame<'_>, batch: &mut Batch) {
     let steps = steps::<L>(batch);
-    let (sy, sz) = (L::splat(frame.strides[1] as f32), L::splat(frame.strides[2] as f32));
+    let (sy, sz) = (L::splat(frame.sample.strides[1] as f32), L::splat(frame.sample.strides[2] as f32));
     for_rows!(batch.rows, r => {
         let [x, y, z] = cells::<L, INNER>(batch, &steps, r);
         // Whole numbers below 2^24: exact in f32.
         let offset = L::add(L::add(x, L::mul(y, sy)), L::mul(z, sz));
-        L::store_i(L::trunc(offset), row_mut(&mut batch.offset, r));
+        L::store_i(L::trunc(offset), row_mut(&mut batch.sample.offset, r));
     });
 }
 
 impl<'v> Kernel<Frame<'v>, Batch> for Texcoord {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
-        if batch.inner {
+        if batch.geometry.inner {
             near::<L, true>(frame, batch);
         } else {
             near::<L, false>(frame, batch);
@@ -90,9 +91,9 @@ impl<'v> Kernel<Frame<'v>, Batch> for TexcoordFar {
                 L::store(cell[axis], row_mut(&mut lower[axis], r));
             }
         }
-        let [sx, sy, sz] = frame.strides.map(|s| s as u64);
+        let [sx, sy, sz] = frame.sample.strides.map(|s| s as u64);
         for i in 0..BATCH {
-            batch.far_offset[i] = lower[0][i] as u64 * sx + lower[1][i] as u64 * sy + lower[2][i] as u64 * sz;
+            batch.rare.far_offset[i] = lower[0][i] as u64 * sx + lower[1][i] as u64 * sy + lower[2][i] as u64 * sz;
         }
     }
 }

@@ -8,11 +8,7 @@
 //!   pair 3: 1,1   o--o
 //! ```
 
-use super::{Lanes, WIDTH, for_rows};
-use crate::volume::Voxel;
-
-/// Fragments of a batch.
-const BATCH: usize = 64;
+use super::{BATCH, Lanes, Number, WIDTH, for_rows, row, row_mut};
 
 /// Eight corner values of every fragment's cell as f32; corner c has x + (c & 1), y + (c >> 1 & 1), z + (c >> 2).
 #[derive(Clone)]
@@ -47,21 +43,9 @@ pub(crate) struct ToF32 {
     pub(crate) bias: f64,
 }
 
-/// The eight numbers of row `r`.
-#[inline(always)]
-fn row<T: bytemuck::Pod>(array: &[T; BATCH], r: usize) -> &[T; WIDTH] {
-    &bytemuck::cast_ref::<[T; BATCH], [[T; WIDTH]; BATCH / WIDTH]>(array)[r]
-}
-
-/// As [`row`], to write.
-#[inline(always)]
-fn row_mut<T: bytemuck::Pod>(array: &mut [T; BATCH], r: usize) -> &mut [T; WIDTH] {
-    &mut bytemuck::cast_mut::<[T; BATCH], [[T; WIDTH]; BATCH / WIDTH]>(array)[r]
-}
-
 /// A voxel as f32.
 #[inline(always)]
-fn convert<T: Voxel>(voxel: T, map: Option<ToF32>) -> f32 {
+fn convert<T: Number>(voxel: T, map: Option<ToF32>) -> f32 {
     match map {
         Some(m) => (voxel.to_f64() * m.gain - m.bias) as f32,
         None => voxel.to_f32(),
@@ -119,7 +103,7 @@ impl CellLoad {
     /// # Panics
     /// When a corner lies outside `voxels`: a bug of the caller's.
     #[inline(always)]
-    pub(crate) fn corners<L: Lanes, T: Voxel>(
+    pub(crate) fn corners<L: Lanes, T: Number>(
         &self,
         voxels: &[T],
         offsets: &[i32; BATCH],
@@ -150,7 +134,7 @@ impl CellLoad {
     /// # Panics
     /// As [`CellLoad::corners`].
     #[inline(always)]
-    pub(crate) fn far_corners<T: Voxel>(&self, voxels: &[T], offsets: &[u64; BATCH], map: Option<ToF32>, out: &mut Corners) {
+    pub(crate) fn far_corners<T: Number>(&self, voxels: &[T], offsets: &[u64; BATCH], map: Option<ToF32>, out: &mut Corners) {
         let [dx, dy, dz] = self.strides;
         let steps = [0, dx, dy, dy + dx, dz, dz + dx, dz + dy, dz + dy + dx];
         for i in 0..BATCH {
@@ -166,7 +150,7 @@ impl CellLoad {
     /// # Panics
     /// When a voxel lies outside `voxels`: a bug of the caller's.
     #[inline(always)]
-    pub(crate) fn each<T: Voxel>(
+    pub(crate) fn each<T: Number>(
         &self,
         voxels: &[T],
         lanes: u64,

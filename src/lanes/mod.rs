@@ -17,6 +17,8 @@ mod mapped;
 pub(crate) mod math;
 #[cfg(all(target_arch = "aarch64", target_endian = "little"))]
 mod neon;
+mod number;
+mod rows;
 mod scalar;
 mod table;
 mod wide;
@@ -24,27 +26,9 @@ mod wide;
 pub(crate) use cells::{CellLoad, CornerPairs, Corners, ToF32};
 #[cfg(feature = "formats")]
 pub(crate) use mapped::Mapped;
+pub use number::Number;
+pub(crate) use rows::{BATCH, SIDE, for_rows, lanes_of, row, row_mut, rows_of, spread};
 pub(crate) use table::{LookupTable, Places};
-
-/// Runs a block of statements for each row of eight fragments whose bit is set, first row first.
-macro_rules! for_rows {
-    ($rows:expr, $r:ident => $body:block) => {{
-        let mut left: u8 = $rows;
-        if left == u8::MAX {
-            // Most often: a plain loop.
-            for $r in 0..8usize {
-                $body
-            }
-        } else {
-            while left != 0 {
-                let $r = (left.trailing_zeros() & 7) as usize;
-                left &= left - 1;
-                $body
-            }
-        }
-    }};
-}
-pub(crate) use for_rows;
 
 /// Lanes of a vector, in every implementation.
 pub(crate) const WIDTH: usize = 8;

@@ -1,9 +1,6 @@
 //! A table of colours to interpolate in, laid out so that an entry and the next one are one load each, side by side.
 
-use super::{Lanes, WIDTH};
-
-/// Rows of a batch.
-const ROWS: usize = 8;
+use super::{Lanes, SIDE, WIDTH};
 
 /// Entries of a lookup table; their number is a power of two, so that any index can be made safe by a mask.
 ///
@@ -76,9 +73,9 @@ impl LookupTable {
 #[repr(C, align(64))]
 pub(crate) struct Places<'t> {
     /// Places of `table` alone.
-    at: [[u32; WIDTH]; ROWS],
+    at: [[u32; WIDTH]; SIDE],
     /// Of the way to the next entry.
-    fraction: [[f32; WIDTH]; ROWS],
+    fraction: [[f32; WIDTH]; SIDE],
     table: &'t LookupTable,
 }
 
@@ -86,7 +83,7 @@ impl<'t> Places<'t> {
     /// All at the first entry.
     #[inline(always)]
     pub(crate) fn new(table: &'t LookupTable) -> Self {
-        Self { at: [[0; WIDTH]; ROWS], fraction: [[0.0; WIDTH]; ROWS], table }
+        Self { at: [[0; WIDTH]; SIDE], fraction: [[0.0; WIDTH]; SIDE], table }
     }
 
     /// Row `r` looks at entries `index`, modulo the table's length, and `fraction` of the way to the next.

@@ -1,10 +1,9 @@
 //! What a scene did not need, and why: from the plan first, with the work it saved once the frame has counted.
 
 use super::{BlendKind, Needs};
-use crate::fragment::batch::BATCH;
-use crate::raster::Counters;
+use crate::lanes::BATCH;
 use crate::scene::{FogDistance, Order, Scene};
-use crate::tally::{LeftOut, Tally};
+use crate::tally::{Counters, LeftOut, Tally};
 use crate::volume::{Volume, VoxelType};
 
 /// How the work saved by something follows from what a frame counted.
@@ -108,31 +107,6 @@ pub(crate) fn planned(scene: &Scene, volume: &Volume, needs: &Needs, loads: u64)
         add("skipping of empty space", why, Saving::Unknown);
     }
     list
-}
-
-/// The numbers of `frames` frames.
-pub(crate) fn tally(c: &Counters, frames: u64) -> Tally {
-    Tally {
-        frames,
-        fragments: c.fragments,
-        corners: c.corners,
-        looked_up: c.looked_up,
-        // Counting these one by one would cost more than passing over them.
-        empty: (c.fragments + c.corners).saturating_sub(c.looked_up + c.finished_fragments + c.merged_fragments),
-        merged: c.merged_fragments,
-        finished: c.finished_fragments,
-        beside: c.lanes - c.looked_up,
-        between: c.fetches - c.lanes,
-        hidden: c.hidden,
-        lanes: c.lanes + BATCH as u64 * c.exits,
-        batches: c.batches,
-        whole_batches: c.whole,
-        empty_batches: c.empty,
-        finished_batches: c.finished,
-        merged_batches: c.merged,
-        blocks: c.blocks,
-        missed_blocks: c.missed_blocks,
-    }
 }
 
 /// Work that the picture passed over.

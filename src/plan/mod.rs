@@ -8,7 +8,7 @@ mod table;
 
 pub(crate) use changes::{CHANGES, ChangeClasses, most as most_change, strongest};
 pub(crate) use classes::Classes;
-pub(crate) use left_out::{Planned, Saving, passed_over, planned, tally};
+pub(crate) use left_out::{Planned, Saving, passed_over, planned};
 use pairs::PairTable;
 use table::Layout;
 pub(crate) use table::Slab;

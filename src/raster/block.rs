@@ -1,18 +1,17 @@
 //! One block of 8 x 8 pixels: its slices in order, those that matter, through the stages.
 
 use super::block_transform::BlockTransform;
-use super::counters::{Counters, lanes_of};
 use super::merge::Merging;
 use super::observer::Observer;
 use super::pairs::{PairStages, ValueHistory};
 use super::ray_intervals::{BlockRange, EndPieces, RayIntervals};
 use super::skip::{BOXES, BoxClasses, BoxQuery, Runs, SHOWN, SkipTable, Windows};
-use crate::fragment::batch::{BATCH, SIDE, rows_of};
 use crate::fragment::{Batch, Frame, Stage};
-use crate::lanes::Level;
+use crate::lanes::{BATCH, Level, SIDE, lanes_of, rows_of};
 use crate::lean::extra;
 use crate::proxy::Stack;
 use crate::scene::{Fog, Order};
+use crate::tally::Counters;
 use std::array;
 
 /// Everything a frame's blocks share.
@@ -153,7 +152,7 @@ pub(crate) fn render<W: Observer>(
         return Outcome::Missed;
     }
     let forward = if work.order == Order::FrontToBack { 1.0 } else { -1.0 };
-    let transform = || BlockTransform::new(work.stack, work.frame.strides, forward, f64::from(x0) + 0.5, f64::from(y0) + 0.5);
+    let transform = || BlockTransform::new(work.stack, work.frame.sample.strides, forward, f64::from(x0) + 0.5, f64::from(y0) + 0.5);
     let mut looked = Coarse::default();
     let transform = match work.skip_table {
         Some(skip_table) if !W::OBSERVES => {
@@ -192,7 +191,7 @@ fn march<W: Observer>(
     batch.pixels.alive = u64::MAX;
     batch.mostly_hidden = false;
     transform.prepare(work.frame, batch);
-    batch.length = batch.pixels.slant;
+    batch.slab.length = batch.pixels.slant;
     observer.block(work.stack, x0, y0, batch);
     let slices = observer.slices(range.any.0..range.any.1 + 1);
     let window = (f64::from(x0) + 0.5, f64::from(y0) + 0.5);
@@ -235,7 +234,7 @@ pub(super) struct March<'m, 'f, 'v, W> {
     pub(super) batch: &'m mut Batch,
     pub(super) counters: &'m mut Counters,
     pub(super) observer: &'m mut W,
-    /// Whether `batch.length` holds whole slabs.
+    /// Whether `batch.slab.length` holds whole slabs.
     pub(super) whole_lengths: bool,
     /// Window position of the first pixel's centre.
     pub(super) window: (f64, f64),
@@ -409,7 +408,7 @@ impl<'f, 'v, W: Observer> March<'_, 'f, 'v, W> {
         batch.slice = k as i32;
         batch.depth = depth as f32;
         if let Some(fog) = extra(work.fog) {
-            batch.fog = fog.factor(depth) as f32;
+            batch.fog.slice = fog.factor(depth) as f32;
         }
         self.counters.batches += 1;
         if k >= self.range.whole.0 && k <= self.range.whole.1 {
@@ -419,7 +418,7 @@ impl<'f, 'v, W: Observer> March<'_, 'f, 'v, W> {
             batch.ends = k >= self.range.whole.1;
             self.counters.whole(live);
             if !self.whole_lengths {
-                batch.length = batch.pixels.slant;
+                batch.slab.length = batch.pixels.slant;
                 self.whole_lengths = true;
             }
             for stage in &work.whole {
@@ -450,7 +449,7 @@ impl<'f, 'v, W: Observer> March<'_, 'f, 'v, W> {
             }
         }
         self.observer.stage(work.span.name, frame, batch);
-        self.counters.part(batch);
+        self.counters.part(batch.rows, batch.mask);
         if rows == 0 {
             return;
         }

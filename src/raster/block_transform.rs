@@ -1,8 +1,8 @@
 //! Where the fragments of a block lie in the volume, slice by slice.
 
 use super::skip::{BoxQuery, Windows};
-use crate::fragment::batch::SIDE;
 use crate::fragment::{Batch, Frame};
+use crate::lanes::SIDE;
 use crate::proxy::Stack;
 
 /// Index coordinates of a block as functions of depth: `start + d * slope` for its first pixel, and the block's extent.
@@ -82,13 +82,13 @@ impl BlockTransform {
 
     /// Sets what is the same at all depths.
     pub(super) fn prepare(&self, frame: &Frame<'_>, batch: &mut Batch) {
-        let strides = frame.strides;
+        let strides = frame.sample.strides;
         let steps = self.slope.map(|s| s * self.step);
         let upper = if steps[2] > 0.0 { strides[2] as isize } else { 0 };
         let new = steps.iter().any(|s| s.abs() > 1.0);
-        batch.cells.strides = strides;
-        batch.cells.ahead = (0..3).map(|i| cells_ahead(steps[i]) * strides[i] as isize).sum::<isize>() + upper;
-        batch.cells.others = new.then_some(strides[2] as isize - 2 * upper);
+        batch.geometry.cells.strides = strides;
+        batch.geometry.cells.ahead = (0..3).map(|i| cells_ahead(steps[i]) * strides[i] as isize).sum::<isize>() + upper;
+        batch.geometry.cells.others = new.then_some(strides[2] as isize - 2 * upper);
         if !self.perspective {
             self.spread(1.0, batch);
         }
@@ -96,8 +96,8 @@ impl BlockTransform {
 
     /// Sets the steps from pixel to pixel.
     fn spread(&self, scale: f64, batch: &mut Batch) {
-        batch.across = self.across.map(|a| (scale * a) as f32);
-        batch.down = self.down.map(|a| (scale * a) as f32);
+        batch.geometry.across = self.across.map(|a| (scale * a) as f32);
+        batch.geometry.down = self.down.map(|a| (scale * a) as f32);
     }
 
     /// Sets where the batch's fragments lie at depth `d`, relative to a base voxel below all of them.
@@ -113,18 +113,19 @@ impl BlockTransform {
             // Truncation equals floor from 0 up, and everything below becomes 0.
             let low = (least as u32).min(self.top_cell[axis]);
             lowest[axis] = f64::from(low);
-            batch.origin[axis] = (first - lowest[axis]) as f32;
-            base += low as usize * frame.strides[axis];
+            batch.geometry.origin[axis] = (first - lowest[axis]) as f32;
+            base += low as usize * frame.sample.strides[axis];
             // Well inside: f32 coordinates are off by less.
             inner &= least >= 1e-3 && first + scale * self.extent[1][axis] < self.top[axis] + (1.0 - 1e-3);
         }
-        batch.cells.base = base;
-        batch.inner = inner;
+        batch.geometry.cells.base = base;
+        batch.geometry.inner = inner;
         if !inner {
             for axis in 0..3 {
-                batch.top[axis] = (self.top[axis] - lowest[axis]) as f32;
+                batch.geometry.top[axis] = (self.top[axis] - lowest[axis]) as f32;
                 // The last voxel: one above the last cell's lower corner, unless the axis has a single voxel.
-                batch.reach[axis] = if frame.strides[axis] == 0 { 0.0 } else { (self.top[axis] - lowest[axis]) as f32 + 1.0 };
+                batch.geometry.reach[axis] =
+                    if frame.sample.strides[axis] == 0 { 0.0 } else { (self.top[axis] - lowest[axis]) as f32 + 1.0 };
             }
         }
         if self.perspective {

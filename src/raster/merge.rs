@@ -9,8 +9,7 @@ use super::block::March;
 use super::observer::Observer;
 use super::skip::BOXES;
 use crate::fragment::Frame;
-use crate::fragment::batch::{BATCH, SIDE, row};
-use crate::lanes::{Kernel, Lanes, Level};
+use crate::lanes::{BATCH, Kernel, Lanes, Level, SIDE, row};
 use crate::plan::CHANGES;
 
 /// Slabs that become one, and the largest change of a slab's colour and opacity there, times the root mean square of what the block's

@@ -7,7 +7,6 @@
 
 mod block;
 mod block_transform;
-mod counters;
 mod merge;
 mod observer;
 mod pairs;
@@ -17,11 +16,10 @@ mod skip;
 mod tiles;
 
 pub(crate) use block::Work;
-pub(crate) use counters::Counters;
 pub(crate) use merge::{Merging, THICK};
 pub(crate) use observer::Observer;
 pub(crate) use pairs::PairStages;
-pub(crate) use ray_intervals::{EndPieces, Spans};
+pub(crate) use ray_intervals::EndPieces;
 pub(crate) use resolve::Resolve;
 pub(crate) use skip::{BrickClasses, QueryBoxes, Runs, SkipTable};
 pub(crate) use tiles::{BlockMask, render_tiles};

@@ -32,7 +32,7 @@ pub(crate) trait Observer: Send + Sync {
         let _ = (stack, x, y, batch);
     }
 
-    /// A slice begins: `batch.slice`, `batch.depth` and `batch.fog` are set, no stage has run.
+    /// A slice begins: `batch.slice`, `batch.depth` and `batch.fog.slice` are set, no stage has run.
     fn slice(&mut self, frame: &Frame<'_>, batch: &Batch) {
         let _ = (frame, batch);
     }

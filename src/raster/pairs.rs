@@ -10,8 +10,8 @@ use super::block::March;
 use super::block_transform::BlockTransform;
 use super::observer::Observer;
 use super::ray_intervals::EndPieces;
-use crate::fragment::batch::{BATCH, SIDE};
 use crate::fragment::{BEHIND, Batch, Frame, Stage};
+use crate::lanes::{BATCH, SIDE};
 use crate::lean::extra;
 use std::array;
 
@@ -57,19 +57,19 @@ impl BlockTransform {
             let mut voxel = 0;
             for axis in 0..3 {
                 let u = self.start[axis] + d * self.slope[axis] + scale * (x * self.across[axis] + y * self.down[axis]);
-                let reach = if frame.strides[axis] == 0 { 0.0 } else { self.top[axis] + 1.0 };
+                let reach = if frame.sample.strides[axis] == 0 { 0.0 } else { self.top[axis] + 1.0 };
                 let u = u.clamp(0.0, reach);
                 // Truncation equals floor from 0 up; a lookup on the upper border belongs to the last cell.
                 let cell = (u as i64).min(self.top[axis] as i64);
-                batch.weight[axis][i] = (u - cell as f64) as f32;
-                voxel += cell as u64 * frame.strides[axis] as u64;
+                batch.sample.weight[axis][i] = (u - cell as f64) as f32;
+                voxel += cell as u64 * frame.sample.strides[axis] as u64;
             }
             at[i] = voxel;
             base = base.min(voxel);
         }
-        batch.cells.base = base as usize;
-        batch.far_offset = array::from_fn(|i| at[i] - base);
-        batch.offset = array::from_fn(|i| i32::try_from(at[i] - base).unwrap_or(0));
+        batch.geometry.cells.base = base as usize;
+        batch.rare.far_offset = array::from_fn(|i| at[i] - base);
+        batch.sample.offset = array::from_fn(|i| i32::try_from(at[i] - base).unwrap_or(0));
     }
 }
 
@@ -84,15 +84,15 @@ impl<'v, W: Observer> March<'_, '_, 'v, W> {
                 first - piece
             });
             self.fetch_each(&depths, work);
-            self.batch.pixels.entry = self.batch.value;
+            self.batch.pixels.entry = self.batch.sample.value;
             if work.lookback > 1 {
                 let whole = self.work.outer == EndPieces::WholeBetween;
                 let first = self.depths(|first, _, pixels, i| first - if whole { 0.0 } else { 0.5 * f64::from(pixels.first_length[i]) });
                 self.fetch_each(&first, work);
-                self.batch.pixels.middle[0] = self.batch.value;
+                self.batch.pixels.middle[0] = self.batch.sample.value;
                 let second = self.depths(|first, _, _, _| first + 0.5);
                 self.fetch_each(&second, work);
-                self.batch.pixels.middle[1] = self.batch.value;
+                self.batch.pixels.middle[1] = self.batch.sample.value;
             }
         }
         let earliest = (k - work.lookback).max(self.range.any.0);
@@ -119,7 +119,7 @@ impl<'v, W: Observer> March<'_, '_, 'v, W> {
     pub(super) fn after_pairs(&mut self, work: &PairStages<'v>) {
         let frame = self.work.frame;
         let left = &self.batch.pixels.transmittance;
-        if self.work.outer == EndPieces::WholeBetween || !left.iter().any(|&t| t >= frame.terminate) {
+        if self.work.outer == EndPieces::WholeBetween || !left.iter().any(|&t| t >= frame.blend.terminate) {
             return;
         }
         let lasts = self.depths(|_, last, _, _| last);
@@ -133,17 +133,17 @@ impl<'v, W: Observer> March<'_, '_, 'v, W> {
             }
         }
         self.fetch_each(&lasts, work);
-        self.batch.pixels.previous[0] = self.batch.value;
+        self.batch.pixels.previous[0] = self.batch.sample.value;
         if work.lookback > 1 {
             let middles = array::from_fn(|i| 0.5 * (lasts[i] + exits[i]));
             self.fetch_each(&middles, work);
-            self.batch.pixels.middle[1] = self.batch.value;
+            self.batch.pixels.middle[1] = self.batch.sample.value;
         }
         self.fetch_each(&exits, work);
         let mut mask = 0u64;
         for i in 0..BATCH {
             let (first, last) = (self.batch.pixels.first[i], self.batch.pixels.last[i]);
-            self.batch.length[i] = self.batch.pixels.last_length[i].max(0.0) * self.batch.pixels.slant[i];
+            self.batch.slab.length[i] = self.batch.pixels.last_length[i].max(0.0) * self.batch.pixels.slant[i];
             let (x, y) = (self.window.0 + (i % SIDE) as f64, self.window.1 + (i / SIDE) as f64);
             let sure = self.batch.pixels.doubt >> i & 1 == 0;
             mask |= u64::from(first <= last && (sure || self.work.stack.covers(last as u64, x, y))) << i;
@@ -151,7 +151,7 @@ impl<'v, W: Observer> March<'_, '_, 'v, W> {
                 let middle = 0.5 * (lasts[i] + exits[i]);
                 let along = middle * f64::from(self.batch.pixels.slant[i]);
                 let z = if self.work.radial { (along * along + f64::from(self.batch.pixels.plane_squared[i])).sqrt() } else { middle };
-                self.batch.fog_each[i] = fog.factor(z) as f32;
+                self.batch.fog.each[i] = fog.factor(z) as f32;
             }
         }
         self.whole_lengths = false;

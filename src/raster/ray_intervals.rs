@@ -6,12 +6,10 @@
 
 mod ends;
 
-use crate::fragment::PixelBlock;
-use crate::fragment::batch::{BATCH, SIDE};
-use crate::lanes::Level;
+use crate::fragment::{PixelBlock, RaySummary};
+use crate::lanes::{BATCH, Level, SIDE};
 use crate::lean::LEAN;
 use crate::proxy::Stack;
-pub(crate) use ends::Spans;
 use ends::{Crossings, RayEnds, RaySpans};
 
 /// A half-space prepared for a frame.
@@ -134,7 +132,7 @@ impl<'s> RayIntervals<'s> {
             if exit - entry > 1.0 + 4.0 * crossings.error {
                 pixels.doubt = 0;
                 (self.spans)(&crossings, pixels);
-                let Spans { first, last, fragments, lasts, close, .. } = pixels.spans;
+                let RaySummary { first, last, fragments, lasts, close, .. } = pixels.summary;
                 if close == 0 {
                     // No ray ends on a slice that covers the block whole.
                     pixels.last = [i32::MAX; BATCH];
@@ -163,11 +161,11 @@ impl<'s> RayIntervals<'s> {
             Found::Clear => (self.ends)(crossings, pixels),
             Found::Doubtful => {
                 (pixels.first, pixels.last) = ([1; BATCH], [0; BATCH]);
-                pixels.spans = Spans { close: crossings.inside, ..Spans::NONE };
+                pixels.summary = RaySummary { close: crossings.inside, ..RaySummary::NONE };
             }
         }
         let count = self.stack.count as i64;
-        let Spans { first, last, mut fragments, mut covered, close: mut open, .. } = pixels.spans;
+        let RaySummary { first, last, mut fragments, mut covered, close: mut open, .. } = pixels.summary;
         let (mut first, mut last) = (wide(first), wide(last));
         let mut corners = 0;
         // What the kernel leaves open is settled ray by ray.

@@ -1,7 +1,7 @@
 //! From what a pixel has gathered to its colour over the background.
 
-use crate::fragment::batch::SIDE;
 use crate::fragment::{PixelBlock, project::NOTHING};
+use crate::lanes::SIDE;
 use crate::proxy::Stack;
 use crate::scene::{Blend, Premultiplied, Straight, TransferFunction};
 use crate::volume::Volume;

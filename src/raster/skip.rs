@@ -13,8 +13,7 @@
 //! is the first one's neighbour, and both come in one load.
 
 use super::merge::{NINE, THREE};
-use crate::fragment::batch::SIDE;
-use crate::lanes::{Kernel, Lanes, WIDTH};
+use crate::lanes::{Kernel, Lanes, SIDE, WIDTH};
 use crate::proxy::{HalfSpace, Stack};
 use crate::scene::MAX_SLICES;
 use crate::volume::bricks::{BRICK, Bricks};

@@ -1,13 +1,13 @@
 //! Tiles: squares of the picture that threads take in turn. Each owns its pixels.
 
 use super::block::{self, Outcome, Work};
-use super::counters::Counters;
 use super::observer::Observer;
 use super::ray_intervals::RayIntervals;
 use super::resolve::Resolve;
 use crate::fragment::Batch;
-use crate::fragment::batch::SIDE;
+use crate::lanes::SIDE;
 use crate::settings::Progress;
+use crate::tally::Counters;
 use crate::{Error, Result};
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};

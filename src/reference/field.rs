@@ -1,6 +1,6 @@
 //! The trilinear field along one ray: a cubic polynomial in each cell.
 
-use crate::volume::{Volume, Voxel, with_voxels};
+use crate::volume::{Number, Volume, with_voxels};
 
 /// f(s) = c0 + c1 s + c2 s^2 + c3 s^3 on a piece of ray, s from 0 to 1.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -2,18 +2,17 @@
 
 use super::hidden_values::hidden_up_to;
 use super::{Renderer, tile_side};
-use crate::fragment::batch::SIDE;
-use crate::fragment::{Frame, FrameFog};
-use crate::lanes::{Level, LookupTable};
+use crate::fragment::{BlendFrame, ColorFrame, FogFrame, Frame, SampleFrame};
+use crate::lanes::{Level, LookupTable, SIDE};
 use crate::plan::{self, ChangeClasses, Classes, Needs, Planned, Scaling, Slab, Stages};
 use crate::proxy::Stack;
 use crate::raster::{
-    BlockMask, BrickClasses, Counters, EndPieces, Merging, Observer, QueryBoxes, Resolve, Runs, SkipTable, THICK, Work, render_tiles,
+    BlockMask, BrickClasses, EndPieces, Merging, Observer, QueryBoxes, Resolve, Runs, SkipTable, THICK, Work, render_tiles,
 };
 use crate::scene::{
     Blend, Ends, Fog, FogDistance, FogWeighting, Method, Premultiplied, SampleAt, Scene, SlabForm, Slicing, TransferFunction, View,
 };
-use crate::tally::{LeftOut, Tally};
+use crate::tally::{Counters, LeftOut, Tally};
 use crate::volume::bricks::Bricks;
 use crate::volume::packed::Packed;
 use crate::{Error, Result, Volume};
@@ -117,9 +116,10 @@ impl Renderer<'_> {
         let Parts { mut frame, needs, stages } = Parts::new(scene, volume, prepared, transfer_data, &stack, terminate, self.level);
         // Where empty slices count, or are looked at, all rows do.
         if needs.skip && !W::OBSERVES {
-            frame.first_visible = clear(transfer_data);
+            frame.color.first_visible = clear(transfer_data);
             if !needs.method.is_pre_integrated() {
-                frame.hidden_up_to = hidden_up_to(frame.voxels.voxel_type(), frame.table_low, frame.table_scale, frame.first_visible);
+                frame.sample.hidden_up_to =
+                    hidden_up_to(frame.sample.voxels.voxel_type(), frame.color.low, frame.color.scale, frame.color.first_visible);
             }
         }
         let outer = match (needs.method.is_pre_integrated(), needs.method.ends) {
@@ -135,7 +135,9 @@ impl Renderer<'_> {
         } else {
             (None, None)
         };
-        let thick = thick.map(|(tables, strongest)| (tables.map(|table| Frame { table, ..frame.clone() }), strongest));
+        let thick = thick.map(|(tables, strongest)| {
+            (tables.map(|table| Frame { color: ColorFrame { table, ..frame.color.clone() }, ..frame.clone() }), strongest)
+        });
         let work = Work {
             frame: &frame,
             stack: &stack,
@@ -166,7 +168,7 @@ impl Renderer<'_> {
             stack: &stack,
             scale: scaling.scale,
             offset: scaling.offset,
-            low: f64::from(frame.table_low),
+            low: f64::from(frame.color.low),
             bounded: needs.method.slab == SlabForm::Exponential,
             most: if scene.fog().is_some_and(|f| f.weighting() == FogWeighting::Literal) { f32::INFINITY } else { 1.0 },
         };
@@ -206,10 +208,10 @@ impl<'v> Parts<'v> {
         level: Level,
     ) -> Self {
         let (mut frame, split) = make_frame(scene, volume, packed.as_ref(), scaling, transfer_data, terminate);
-        let needs = Needs::new(scene, stack, bricks, (split, frame.fine.is_some()), terminate);
-        frame.far = needs.far;
+        let needs = Needs::new(scene, stack, bricks, (split, frame.color.fine.is_some()), terminate);
+        frame.sample.far = needs.far;
         if let (true, Some(packed)) = (needs.reads_packed(volume, packed.is_some(), scaling), packed) {
-            for (stride, packed) in frame.strides[1..].iter_mut().zip(packed.strides).filter(|(stride, _)| **stride > 0) {
+            for (stride, packed) in frame.sample.strides[1..].iter_mut().zip(packed.strides).filter(|(stride, _)| **stride > 0) {
                 *stride = packed;
             }
         }
@@ -256,7 +258,7 @@ impl FrameResult {
 
     /// Where the work went.
     pub(super) fn tally(&self) -> Tally {
-        plan::tally(&self.counters, self.frames)
+        self.counters.tally(self.frames)
     }
 
     /// Everything that was left out of the picture.
@@ -370,25 +372,17 @@ fn make_frame<'v>(
         _ => 0.0,
     };
     let frame = Frame {
-        voxels: volume.voxels(),
-        packed,
-        strides: [stride(nx, 1), stride(ny, nx), stride(nz, nx * ny)],
-        far: false,
-        to_f32: scaling.to_f32,
-        table: data.table.clone(),
-        table_low: low as f32,
-        table_scale,
-        table_last: last as f32,
-        first_visible: 0.0,
-        hidden_up_to: None,
-        fine,
-        terminate,
-        fog: scene.fog().map(|f| FrameFog {
-            mode: f.mode(),
-            color: f.color().map(|c| c as f32),
-            weighted: f.weighting() == FogWeighting::Alpha,
-        }),
-        level: level as f32,
+        sample: SampleFrame {
+            voxels: volume.voxels(),
+            packed,
+            strides: [stride(nx, 1), stride(ny, nx), stride(nz, nx * ny)],
+            far: false,
+            to_f32: scaling.to_f32,
+            hidden_up_to: None,
+        },
+        color: ColorFrame { table: data.table.clone(), low: low as f32, scale: table_scale, last: last as f32, fine, first_visible: 0.0 },
+        blend: BlendFrame { terminate, level: level as f32 },
+        fog: FogFrame::of(scene),
     };
     (frame, split)
 }

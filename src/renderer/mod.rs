@@ -7,8 +7,7 @@ mod opengl;
 pub(crate) mod refine;
 mod sample;
 
-use crate::fragment::batch::SIDE;
-use crate::lanes::Level;
+use crate::lanes::{Level, SIDE};
 use crate::opengl::{Texture, TextureKey};
 use crate::picture::Picture;
 use crate::plan::Scaling;

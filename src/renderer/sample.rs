@@ -6,7 +6,7 @@
 
 use super::refine::{FIRST_FACTOR, next_factor, squared_difference, target};
 use crate::Result;
-use crate::fragment::batch::{BATCH, SIDE};
+use crate::lanes::{BATCH, SIDE};
 use crate::raster::BlockMask;
 
 /// One block in this many is looked at.

@@ -12,6 +12,7 @@ mod source;
 mod stats;
 mod voxels;
 
+pub use crate::lanes::Number;
 pub use buffer::Buffer;
 pub use grid::{BoxConvention, Grid, Space};
 #[cfg(feature = "formats")]

@@ -1,6 +1,7 @@
 //! Voxels in their own type: nothing is converted on load.
 
 use super::buffer::Buffer;
+use crate::lanes::Number;
 use std::fmt;
 
 /// Number type of a voxel as it lies in memory.
@@ -81,15 +82,11 @@ mod sealed {
 }
 
 /// A number a voxel can be. Implemented for the eight types of [`VoxelType`] and closed.
-pub trait Voxel: sealed::Sealed + bytemuck::Pod + PartialOrd + Send + Sync + fmt::Debug + 'static {
+pub trait Voxel: Number + sealed::Sealed + bytemuck::Pod + PartialOrd + Send + Sync + fmt::Debug + 'static {
     /// The run-time name of this type.
     const TYPE: VoxelType;
     /// Whether it may be NaN or infinite.
     const FLOAT: bool;
-    /// The value in f32, rounded to nearest.
-    fn to_f32(self) -> f32;
-    /// The value in f64, exact.
-    fn to_f64(self) -> f64;
     /// The value nearest to `value`, saturating.
     fn from_f64(value: f64) -> Self;
     /// The same number with its bytes in the opposite order.
@@ -121,13 +118,15 @@ macro_rules! voxel_types {
     ($($t:ty, $v:ident, $swap:expr, $f32:expr, $from:expr, $finite:expr;)*) => {
         $(
             impl sealed::Sealed for $t {}
-            impl Voxel for $t {
-                const TYPE: VoxelType = VoxelType::$v;
-                const FLOAT: bool = matches!(VoxelType::$v, VoxelType::F32 | VoxelType::F64);
+            impl Number for $t {
                 #[inline(always)]
                 fn to_f32(self) -> f32 { let f: fn($t) -> f32 = $f32; f(self) }
                 #[inline(always)]
                 fn to_f64(self) -> f64 { f64::from(self) }
+            }
+            impl Voxel for $t {
+                const TYPE: VoxelType = VoxelType::$v;
+                const FLOAT: bool = matches!(VoxelType::$v, VoxelType::F32 | VoxelType::F64);
                 #[inline(always)]
                 fn is_finite(self) -> bool { let f: fn($t) -> bool = $finite; f(self) }
                 #[inline]

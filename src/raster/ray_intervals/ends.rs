@@ -1,9 +1,8 @@
 //! Where the rays of a block enter and leave, eight at a time: the slices between, and the lengths of the outermost pieces.
 
 use super::EndPieces;
-use crate::fragment::PixelBlock;
-use crate::fragment::batch::{BATCH, SIDE, row_mut};
-use crate::lanes::{Kernel, Lanes};
+use crate::fragment::{PixelBlock, RaySummary};
+use crate::lanes::{BATCH, Kernel, Lanes, SIDE, row_mut};
 
 /// Sides that a block's rays may cross; blocks that cross more are done ray by ray.
 const SIDES: usize = 12;
@@ -38,27 +37,6 @@ pub(super) struct Crossings {
     pub(super) error: f64,
     /// Pixels that belong to the picture and the tile, one bit each.
     pub(super) inside: u64,
-}
-
-/// What a block's rays have in common, of those that the kernel has settled.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Spans {
-    /// Least and greatest first slice, least and greatest last slice.
-    pub(super) first: (i32, i32),
-    pub(super) last: (i32, i32),
-    /// Fragments on slices.
-    pub(super) fragments: u64,
-    /// Sum of the last slices.
-    pub(super) lasts: i64,
-    /// Pixels that are covered.
-    pub(super) covered: u64,
-    /// Pixels left to be settled one by one: an end lies within rounding of a slice, or the ray passes between two slices.
-    pub(super) close: u64,
-}
-
-impl Spans {
-    pub(crate) const NONE: Self =
-        Self { first: (i32::MAX, i32::MIN), last: (i32::MAX, i32::MIN), fragments: 0, lasts: 0, covered: 0, close: 0 };
 }
 
 impl Crossings {
@@ -170,7 +148,7 @@ fn spans<L: Lanes, const PERSPECTIVE: bool>(w: &Crossings, pixels: &mut PixelBlo
     let close = L::lt_d(off.0, L::splat_d(error)) | L::lt_d(L::splat_d(1.0 - error), off.1);
     let sum = |x: L::I| lanes::<L>(x).iter().map(|&n| i64::from(n)).sum::<i64>();
     let (firsts, afters) = (sum(firsts), sum(lasts));
-    pixels.spans = Spans {
+    pixels.summary = RaySummary {
         first: (lowest::<L>(first_range.0), highest::<L>(first_range.1)),
         last: (lowest::<L>(last_range.0) - 1, highest::<L>(last_range.1) - 1),
         fragments: afters.abs_diff(firsts),
@@ -267,7 +245,7 @@ impl Kernel<Crossings, PixelBlock> for RayEnds {
             covered |= u64::from(settled) << (8 * r);
             close |= u64::from(unsettled) << (8 * r);
         }
-        pixels.spans = Spans {
+        pixels.summary = RaySummary {
             first: (lowest::<L>(first_range.0), highest::<L>(first_range.1)),
             last: (lowest::<L>(last_range.0), highest::<L>(last_range.1)),
             fragments: lanes::<L>(fragments).iter().map(|&n| u64::from(n as u32)).sum(),
@@ -294,5 +272,3 @@ fn lowest<L: Lanes>(x: L::I) -> i32 {
 fn highest<L: Lanes>(x: L::I) -> i32 {
     lanes::<L>(x).into_iter().fold(i32::MIN, i32::max)
 }
-
-const _: () = assert!(BATCH == 8 * SIDE, "a row's bits fill a byte");

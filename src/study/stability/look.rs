@@ -1,7 +1,8 @@
 //! One case: rendered, watched, held against the reference.
 
 use super::Row;
-use crate::fragment::{Batch, Frame, batch::BATCH};
+use crate::fragment::{Batch, Frame};
+use crate::lanes::BATCH;
 use crate::proxy::Stack;
 use crate::raster::Observer;
 use crate::reference::{Region, closed, image};

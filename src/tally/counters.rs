@@ -1,7 +1,7 @@
 //! What was done for a frame's blocks and what was not, counted.
 
-use crate::fragment::Batch;
-use crate::fragment::batch::{BATCH, SIDE, spread};
+use super::Tally;
+use crate::lanes::{BATCH, lanes_of, spread};
 
 /// What was done and what was not, in whole numbers that any number of threads adds up to the same.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -63,20 +63,21 @@ impl Counters {
         self.merged_fragments += other.merged_fragments;
     }
 
-    /// A slice's batch goes through the stages in part, or with pixels that it does not cover.
-    pub(super) fn part(&mut self, batch: &Batch) {
-        let lanes = lanes_of(batch.rows);
-        let inside = spread(batch.rows);
+    /// `rows` of a slice's batch go through the stages; `mask` tells the pixels it covers, one bit each.
+    #[inline(always)]
+    pub(crate) fn part(&mut self, rows: u8, mask: u64) {
+        let lanes = lanes_of(rows);
+        let inside = spread(rows);
         self.lanes += lanes;
         self.fetches += lanes;
-        self.looked_up += u64::from((batch.mask & inside).count_ones());
+        self.looked_up += u64::from((mask & inside).count_ones());
         // Rows are left out when their pixels are all finished.
-        self.finished_fragments += u64::from((batch.mask & !inside).count_ones());
+        self.finished_fragments += u64::from((mask & !inside).count_ones());
     }
 
     /// `rows` of a slice's batch go through the stages, all of its pixels covered by whole slabs.
     #[inline(always)]
-    pub(super) fn whole(&mut self, rows: u8) {
+    pub(crate) fn whole(&mut self, rows: u8) {
         let lanes = lanes_of(rows);
         self.whole += 1;
         self.whole_lanes += lanes;
@@ -85,10 +86,30 @@ impl Counters {
         self.looked_up += lanes;
         self.finished_fragments += BATCH as u64 - lanes;
     }
-}
 
-/// Lanes of `rows`.
-#[inline(always)]
-pub(super) fn lanes_of(rows: u8) -> u64 {
-    u64::from(rows.count_ones()) * SIDE as u64
+    /// The numbers of `frames` frames.
+    pub(crate) fn tally(&self, frames: u64) -> Tally {
+        let c = self;
+        Tally {
+            frames,
+            fragments: c.fragments,
+            corners: c.corners,
+            looked_up: c.looked_up,
+            // Counting these one by one would cost more than passing over them.
+            empty: (c.fragments + c.corners).saturating_sub(c.looked_up + c.finished_fragments + c.merged_fragments),
+            merged: c.merged_fragments,
+            finished: c.finished_fragments,
+            beside: c.lanes - c.looked_up,
+            between: c.fetches - c.lanes,
+            hidden: c.hidden,
+            lanes: c.lanes + BATCH as u64 * c.exits,
+            batches: c.batches,
+            whole_batches: c.whole,
+            empty_batches: c.empty,
+            finished_batches: c.finished,
+            merged_batches: c.merged,
+            blocks: c.blocks,
+            missed_blocks: c.missed_blocks,
+        }
+    }
 }

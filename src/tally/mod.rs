@@ -1,5 +1,9 @@
 //! Where the fragments and lookups of a picture went, and what was left out.
 
+mod counters;
+
+pub(crate) use counters::Counters;
+
 /// Where the fragments and lookups of a picture went. Where several frames make up one picture, their numbers are added.
 ///
 /// # Guarantees
