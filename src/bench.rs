@@ -1,8 +1,9 @@
 //! The stages of a frame one by one, for benches and for looking at their machine code. No part of the library's interface.
 
 use crate::fragment::{BEHIND, Batch, Frame, Stage};
+use crate::plan::FramePlan;
 use crate::raster::Observer;
-use crate::renderer::Parts;
+use crate::scene::StageId;
 use crate::{Error, Renderer, Result, Scene};
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -24,7 +25,7 @@ pub struct StageRun<'r> {
 impl StageRun<'_> {
     /// Its name in the plan.
     pub fn name(&self) -> &'static str {
-        self.stage.name
+        self.stage.id.name()
     }
 
     /// Whether every batch goes through it; else those at the box's faces alone.
@@ -57,7 +58,7 @@ impl StageRun<'_> {
 
 impl std::fmt::Debug for StageRun<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("StageRun").field("stage", &self.stage.name).field("batches", &self.inputs.len()).finish_non_exhaustive()
+        f.debug_struct("StageRun").field("stage", &self.stage.id.name()).field("batches", &self.inputs.len()).finish_non_exhaustive()
     }
 }
 
@@ -65,15 +66,15 @@ impl std::fmt::Debug for StageRun<'_> {
 ///
 /// # Errors
 /// As [`Renderer::render`]; [`Error::Invalid`] for a scene whose slices are not counted.
-pub fn stages<'r>(renderer: &'r mut Renderer<'_>, scene: &Scene) -> Result<Vec<StageRun<'r>>> {
+pub fn stages<'r>(renderer: &'r mut Renderer, scene: &Scene) -> Result<Vec<StageRun<'r>>> {
     let (_, _, mut seen) = renderer.render_observed(scene, Recorder::default())?;
-    let Parts { frame, stages, .. } = parts(renderer, scene)?;
+    let FramePlan { frame, stages, .. } = plan(renderer, scene)?;
     let frame = Rc::new(frame);
     let mut list: Vec<StageRun<'r>> = Vec::new();
-    let always: Vec<&str> = [stages.span].iter().chain(&stages.whole).map(|s| s.name).collect();
+    let always: Vec<StageId> = [stages.span].iter().chain(&stages.whole).map(|s| s.id).collect();
     for stage in [stages.span].into_iter().chain(stages.partial).chain(stages.whole) {
-        if let Some(inputs) = seen.inputs.remove(stage.name) {
-            let everywhere = always.contains(&stage.name);
+        if let Some(inputs) = seen.inputs.remove(&stage.id) {
+            let everywhere = always.contains(&stage.id);
             list.push(StageRun { stage, everywhere, frame: frame.clone(), inputs, batch: Batch::new() });
         }
     }
@@ -84,16 +85,16 @@ pub fn stages<'r>(renderer: &'r mut Renderer<'_>, scene: &Scene) -> Result<Vec<S
 ///
 /// # Errors
 /// As [`stages`].
-pub fn addresses(renderer: &mut Renderer<'_>, scene: &Scene) -> Result<Vec<(&'static str, usize)>> {
+pub fn addresses(renderer: &mut Renderer, scene: &Scene) -> Result<Vec<(&'static str, usize)>> {
     renderer.render(scene)?;
-    let stages = parts(renderer, scene)?.stages;
+    let stages = plan(renderer, scene)?.stages;
     let mut all: Vec<Stage<'_>> = [stages.span].into_iter().chain(stages.partial).chain(stages.whole).collect();
     if let Some(pairs) = stages.pairs {
         all.extend(pairs.keep.into_iter().chain([pairs.fetch]).chain(pairs.exit));
     }
     let mut list: Vec<(&'static str, usize)> = Vec::new();
     for stage in all {
-        let found = (stage.name, stage.run as usize);
+        let found = (stage.id.name(), stage.run as usize);
         if !list.contains(&found) {
             list.push(found);
         }
@@ -101,8 +102,8 @@ pub fn addresses(renderer: &mut Renderer<'_>, scene: &Scene) -> Result<Vec<(&'st
     Ok(list)
 }
 
-fn parts<'r>(renderer: &'r Renderer<'_>, scene: &Scene) -> Result<Parts<'r>> {
-    renderer.parts(scene).ok_or_else(|| Error::invalid("stages of a scene whose slices are not counted"))
+fn plan<'r>(renderer: &'r mut Renderer, scene: &Scene) -> Result<FramePlan<'r>> {
+    renderer.plan(scene).ok_or_else(|| Error::invalid("stages of a scene whose slices are not counted"))
 }
 
 /// Keeps some batches as they come to each stage.
@@ -111,7 +112,7 @@ struct Recorder {
     count: u64,
     /// The batch that is looked at, as the last stage left it.
     last: Option<Box<Batch>>,
-    inputs: BTreeMap<&'static str, Vec<Box<Batch>>>,
+    inputs: BTreeMap<StageId, Vec<Box<Batch>>>,
 }
 
 impl Observer for Recorder {
@@ -126,9 +127,9 @@ impl Observer for Recorder {
         self.last = wanted.then(|| Box::new(batch.clone()));
     }
 
-    fn stage(&mut self, name: &'static str, _: &Frame<'_>, batch: &Batch) {
+    fn stage(&mut self, id: StageId, _: &Frame<'_>, batch: &Batch) {
         if let Some(before) = self.last.take() {
-            let inputs = self.inputs.entry(name).or_default();
+            let inputs = self.inputs.entry(id).or_default();
             if inputs.len() < KEPT {
                 inputs.push(before);
             }

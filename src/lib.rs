@@ -69,6 +69,7 @@
 
 #[doc(hidden)]
 pub mod bench;
+mod classify;
 mod error;
 #[cfg(feature = "explain")]
 pub mod explain;
@@ -84,6 +85,7 @@ pub mod reference;
 mod renderer;
 pub mod scene;
 mod settings;
+mod skip;
 #[cfg(feature = "study")]
 pub mod study;
 mod tally;
@@ -95,6 +97,6 @@ pub use picture::Picture;
 pub use picture::{Depth, Format};
 pub use renderer::{RenderStats, Renderer, render};
 pub use scene::Scene;
-pub use settings::{Limits, Progress, Settings};
+pub use settings::{Limits, Progress, Settings, Stopper};
 pub use tally::{LeftOut, Saved, Tally};
 pub use volume::Volume;

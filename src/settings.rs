@@ -2,6 +2,7 @@
 
 use crate::lanes::Level;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What may be taken from the machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -59,5 +60,40 @@ impl std::fmt::Debug for Settings {
             .field("estimate", &self.estimate)
             .field("progress", &self.progress.is_some())
             .finish()
+    }
+}
+
+/// Stops the picture in the making, from any thread: see [`crate::Renderer::stopper`].
+#[derive(Debug, Clone, Default)]
+pub struct Stopper(Arc<AtomicBool>);
+
+impl Stopper {
+    /// The picture in the making ends with [`crate::Error::Stopped`] before long; where none is, the next one does at once.
+    pub fn stop(&self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+
+    /// Forgets that somebody wanted to stop.
+    pub(crate) fn reset(&self) {
+        self.0.store(false, Ordering::Relaxed);
+    }
+}
+
+/// Who hears of the work, and who may stop it.
+#[derive(Clone, Copy)]
+pub(crate) struct Control<'c> {
+    pub(crate) progress: Option<&'c dyn Progress>,
+    pub(crate) stopper: &'c Stopper,
+}
+
+impl Control<'_> {
+    /// `done` of `total` steps of `what` are over; false where the work is to stop.
+    pub(crate) fn step(&self, what: &str, done: u64, total: u64) -> bool {
+        self.progress.is_none_or(|p| p.step(what, done, total)) && !self.is_stopped()
+    }
+
+    /// Whether somebody wants to stop.
+    pub(crate) fn is_stopped(&self) -> bool {
+        self.stopper.0.load(Ordering::Relaxed)
     }
 }

@@ -30,9 +30,10 @@ mod scenery;
 
 pub use frames::build_up;
 
+use crate::plan::start_values;
 use crate::proxy::Stack;
-use crate::renderer::{refine, start_values};
-use crate::scene::{Blend, Method, Order, Scene, Slicing};
+use crate::renderer::adaptive::refine;
+use crate::scene::{Blend, Method, Scene, Slicing};
 use crate::{Error, Picture, RenderStats, Renderer, Result, Settings, Volume};
 use activity::Activity;
 use choose::{busiest, choose, shown, through};
@@ -235,7 +236,7 @@ struct Steady {
 }
 
 /// Renders `scene`; where its slices vary from block to block, again with those that the pixel's block takes.
-fn steady(renderer: &mut Renderer<'_>, scene: &Scene, pixel: Option<(u32, u32)>) -> Result<Steady> {
+fn steady(renderer: &mut Renderer, scene: &Scene, pixel: Option<(u32, u32)>) -> Result<Steady> {
     if scene.opengl().is_some() {
         return Err(Error::invalid("the profile opengl draws without the stages that are explained here; choose accurate"));
     }
@@ -267,11 +268,6 @@ fn steady(renderer: &mut Renderer<'_>, scene: &Scene, pixel: Option<(u32, u32)>)
         (picture, stats, activity) = renderer.render_observed(&scene, Activity::new(scene.blend()))?;
     }
     Ok(Steady { scene, picture, stats, activity, pixel, notes })
-}
-
-/// The order that slices are blended in.
-fn order(scene: &Scene) -> Order {
-    if scene.blend() == Blend::Over && !scene.method().is_pre_integrated() { scene.order() } else { Order::FrontToBack }
 }
 
 /// Straight RGBA of a drawing.

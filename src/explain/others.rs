@@ -48,7 +48,7 @@ pub(super) fn others(scene: &Scene, stack: &Stack) -> Result<Vec<(&'static str, 
 }
 
 /// The picture in weighted and in literal fog over an opaque background, at most [`SMALL`] pixels a side.
-pub(super) fn fogged_pictures(renderer: &mut Renderer<'_>, scene: &Scene, stack: &Stack) -> Result<[Picture; 2]> {
+pub(super) fn fogged_pictures(renderer: &mut Renderer, scene: &Scene, stack: &Stack) -> Result<[Picture; 2]> {
     let (width, height) = scene.size();
     let shrink = f64::from(SMALL) / f64::from(width.max(height).max(SMALL));
     let side = |n: u32| ((f64::from(n) * shrink) as u32).max(1);

@@ -6,7 +6,8 @@
 use super::recorder::{Journey, Skipped, Snapshot, Step, WHOLE};
 use crate::Volume;
 use crate::lanes::ToF32;
-use crate::scene::{Fog, FogDistance, Scene};
+use crate::plan::Scaling;
+use crate::scene::{Fog, FogDistance, Quantity, Scene, StageId};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -24,6 +25,8 @@ pub(super) enum Column {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(super) struct StageColumns {
     pub(super) name: String,
+    /// What the stage does.
+    pub(super) about: &'static str,
     /// covered, length, cell, weight, value, color, alpha, sum, transmittance: those that the stage is known to set or changed.
     pub(super) columns: BTreeMap<&'static str, Column>,
 }
@@ -133,21 +136,14 @@ pub(super) struct Context<'c> {
 impl Context<'_> {
     /// (scale, offset): value in the data's units = scale * number + offset.
     pub(super) fn scale(&self) -> (f64, f64) {
-        let (slope, intercept) = self.volume.rescale();
-        let m = self.to_f32.unwrap_or(ToF32 { gain: 1.0, bias: 0.0 });
-        (slope / m.gain, slope * (m.bias / m.gain) + intercept)
+        let scaling = Scaling::of(self.volume, self.to_f32);
+        (scaling.scale, scaling.offset)
     }
 
-    /// Voxel (i,j,k) of a place in memory order.
-    fn voxel(&self, at: u64) -> [u64; 3] {
-        let [nx, ny, _] = self.volume.grid().dims().map(|n| n as u64);
-        [at % nx, at / nx % ny, at / nx / ny]
-    }
-
-    /// The eight voxels of the cell whose lowest is `at`, as the numbers that stages interpolate.
-    fn corners(&self, at: u64) -> [f32; 8] {
+    /// The eight voxels of the cell whose lowest is `lowest`, as the numbers that stages interpolate.
+    fn corners(&self, lowest: [u64; 3]) -> [f32; 8] {
         let dims = self.volume.grid().dims();
-        let low = self.voxel(at).map(|v| v as usize);
+        let low = lowest.map(|v| v as usize);
         std::array::from_fn(|c| {
             let [i, j, k] = [0, 1, 2].map(|axis: usize| (low[axis] + (c >> axis & 1)).min(dims[axis] - 1));
             let stored = self.volume.voxels().get((k * dims[1] + j) * dims[0] + i);
@@ -167,85 +163,81 @@ fn rounds(c: &[f32; 8], w: [f32; 3]) -> [f32; 7] {
     [x[0], x[1], x[2], x[3], y[0], y[1], lerp(y[0], y[1], w[2])]
 }
 
-/// What the stages of this crate set; others show what they changed.
-fn sets(stage: &str) -> &'static [&'static str] {
-    match stage {
-        "span" => &["covered", "length"],
-        "texcoord" => &["cell", "weight"],
-        "fetch" => &["value"],
-        "guard" => &["value", "covered"],
-        "classify" | "correct" | "mask" => &["color", "alpha"],
-        "fog" => &["color"],
-        "blend" => &["sum", "transmittance"],
-        _ => &[],
+const QUANTITIES: [Quantity; 9] = [
+    Quantity::Covered,
+    Quantity::Length,
+    Quantity::Cell,
+    Quantity::Weight,
+    Quantity::Value,
+    Quantity::Color,
+    Quantity::Alpha,
+    Quantity::Sum,
+    Quantity::Transmittance,
+];
+
+fn same(quantity: Quantity, a: &Snapshot, b: &Snapshot) -> bool {
+    match quantity {
+        Quantity::Covered => a.covered == b.covered,
+        Quantity::Length => a.length == b.length,
+        Quantity::Cell => a.cell == b.cell,
+        Quantity::Weight => a.weight == b.weight,
+        Quantity::Value => a.value == b.value || (a.value.is_nan() && b.value.is_nan()),
+        Quantity::Color => a.color == b.color,
+        Quantity::Alpha => a.alpha == b.alpha,
+        Quantity::Sum => a.sum == b.sum,
+        Quantity::Transmittance => a.transmittance == b.transmittance,
     }
 }
 
-const QUANTITIES: [&str; 9] = ["covered", "length", "cell", "weight", "value", "color", "alpha", "sum", "transmittance"];
+/// A stage's run on a slice: the first, the second ...
+type RunOf = (StageId, usize);
 
-fn same(quantity: &str, a: &Snapshot, b: &Snapshot) -> bool {
+/// The column of `quantity` over `each` slice's snapshot, where there is one.
+fn column<'s>(quantity: Quantity, each: impl Iterator<Item = Option<&'s Snapshot>>) -> Column {
     match quantity {
-        "covered" => a.covered == b.covered,
-        "length" => a.length == b.length,
-        "cell" => a.cell == b.cell,
-        "weight" => a.weight == b.weight,
-        "value" => a.value == b.value || (a.value.is_nan() && b.value.is_nan()),
-        "color" => a.color == b.color,
-        "alpha" => a.alpha == b.alpha,
-        "sum" => a.sum == b.sum,
-        _ => a.transmittance == b.transmittance,
+        Quantity::Covered => Column::Flag(each.map(|s| s.map(|s| s.covered)).collect()),
+        Quantity::Length => Column::Number(each.map(|s| s.map(|s| s.length)).collect()),
+        Quantity::Cell => Column::Voxel(each.map(|s| s.map(|s| s.cell)).collect()),
+        Quantity::Weight => Column::Triple(each.map(|s| s.map(|s| s.weight)).collect()),
+        Quantity::Value => Column::Number(each.map(|s| s.map(|s| s.value)).collect()),
+        Quantity::Color => Column::Triple(each.map(|s| s.map(|s| s.color)).collect()),
+        Quantity::Alpha => Column::Number(each.map(|s| s.map(|s| s.alpha)).collect()),
+        Quantity::Sum => Column::Triple(each.map(|s| s.map(|s| s.sum)).collect()),
+        Quantity::Transmittance => Column::Number(each.map(|s| s.map(|s| s.transmittance)).collect()),
     }
 }
 
 /// Columns of every stage that ran on any of `steps`, in the order they ran.
-fn stages(steps: &[Step], context: Context<'_>) -> Vec<StageColumns> {
+fn stages(steps: &[Step]) -> Vec<StageColumns> {
     // A stage that runs twice on a slice is told apart by a number.
-    let mut names: Vec<String> = Vec::new();
-    let mut runs: Vec<BTreeMap<String, (Snapshot, Snapshot)>> = Vec::new();
+    let mut order: Vec<RunOf> = Vec::new();
+    let mut runs: Vec<BTreeMap<RunOf, (Snapshot, Snapshot)>> = Vec::new();
     for step in steps {
         let (mut run, mut before) = (BTreeMap::new(), step.before);
         let mut place = 0;
-        for (name, after) in &step.stages {
-            let mut unique = (*name).to_owned();
-            let mut n = 1;
-            while run.contains_key(&unique) {
-                n += 1;
-                unique = format!("{name} {n}");
-            }
-            place = match names.iter().position(|s| *s == unique) {
+        for (id, after) in &step.stages {
+            let which = (*id, 1 + run.keys().filter(|(other, _)| other == id).count());
+            place = match order.iter().position(|s| *s == which) {
                 Some(at) => at + 1,
                 None => {
-                    names.insert(place, unique.clone());
+                    order.insert(place, which);
                     place + 1
                 }
             };
-            run.insert(unique, (before, *after));
+            run.insert(which, (before, *after));
             before = *after;
         }
         runs.push(run);
     }
-    let column = |name: &String, quantity: &str| {
-        let each = || runs.iter().map(|r| r.get(name).map(|(_, after)| after));
-        match quantity {
-            "covered" => Column::Flag(each().map(|s| s.map(|s| s.covered)).collect()),
-            "length" => Column::Number(each().map(|s| s.map(|s| s.length)).collect()),
-            "cell" => Column::Voxel(each().map(|s| s.map(|s| context.voxel(s.cell))).collect()),
-            "weight" => Column::Triple(each().map(|s| s.map(|s| s.weight)).collect()),
-            "value" => Column::Number(each().map(|s| s.map(|s| s.value)).collect()),
-            "color" => Column::Triple(each().map(|s| s.map(|s| s.color)).collect()),
-            "alpha" => Column::Number(each().map(|s| s.map(|s| s.alpha)).collect()),
-            "sum" => Column::Triple(each().map(|s| s.map(|s| s.sum)).collect()),
-            _ => Column::Number(each().map(|s| s.map(|s| s.transmittance)).collect()),
-        }
+    let columns = |which: &RunOf| {
+        let info = which.0.info();
+        let changed = |q: Quantity| runs.iter().filter_map(|r| r.get(which)).any(|(a, b)| !same(q, a, b));
+        let wanted = QUANTITIES.into_iter().filter(|&q| info.sets.contains(&q) || changed(q));
+        let columns = wanted.map(|q| (q.name(), column(q, runs.iter().map(|r| r.get(which).map(|(_, after)| after))))).collect();
+        let name = if which.1 == 1 { info.name.to_owned() } else { format!("{} {}", info.name, which.1) };
+        StageColumns { name, about: info.about, columns }
     };
-    names
-        .iter()
-        .map(|name| {
-            let changed = |q: &str| runs.iter().filter_map(|r| r.get(name)).any(|(a, b)| !same(q, a, b));
-            let wanted = QUANTITIES.into_iter().filter(|q| sets(name).contains(q) || changed(q));
-            StageColumns { name: name.clone(), columns: wanted.map(|q| (q, column(name, q))).collect() }
-        })
-        .collect()
+    order.iter().map(columns).collect()
 }
 
 /// Distance that fog is computed from, and the factor there, on one slice of a pixel.
@@ -305,7 +297,7 @@ impl PixelRecord {
             let s = step.after();
             let corners = context.corners(s.cell);
             let looked_up = rounds(&corners, s.weight);
-            let value = step.stages.iter().rev().find(|(name, _)| *name == "fetch").map_or(s.value, |(_, s)| s.value);
+            let value = step.stages.iter().rev().find(|(id, _)| *id == StageId::Fetch).map_or(s.value, |(_, s)| s.value);
             let exact = context.scene.transfer().eval(scale * f64::from(s.value) + offset);
             let [r, g, b] = exact.rgb.map(|c| c as f32);
             record.slice.push(step.slice);
@@ -326,7 +318,7 @@ impl PixelRecord {
             record.sum.push(s.sum);
             record.transmittance.push(s.transmittance);
         }
-        record.stages = stages(&journey.steps, context);
+        record.stages = stages(&journey.steps);
         record
     }
 }

@@ -1,9 +1,10 @@
 //! The recorder: an observer that copies down what every stage did to chosen pixels.
 
-use crate::fragment::{Batch, Frame};
+use crate::fragment::{BEHIND, Batch, Frame};
 use crate::lanes::{BATCH, SIDE, ToF32};
 use crate::proxy::Stack;
 use crate::raster::Observer;
+use crate::scene::StageId;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
@@ -37,14 +38,44 @@ impl Wanted {
     }
 }
 
+/// How offsets of a frame's batches name voxels.
+#[derive(Debug, Clone, Copy, Default)]
+struct Place {
+    /// Whether they are in `far_offset`.
+    far: bool,
+    /// From one voxel to the next along x, y and z, in the unit of offsets: packed voxels have gaps behind rows and layers. 0 along axes of
+    /// one voxel.
+    strides: [u64; 3],
+}
+
+impl Place {
+    fn of(frame: &Frame<'_>) -> Self {
+        Self { far: frame.sample.far, strides: frame.sample.strides.map(|s| s as u64) }
+    }
+
+    /// The voxel at offset `at`.
+    fn voxel(self, at: u64) -> [u64; 3] {
+        let mut rest = at;
+        let mut index = [0; 3];
+        // An offset below a layer's stride lies in the first layer, and so on.
+        for axis in [2, 1, 0] {
+            if let Some(along) = rest.checked_div(self.strides[axis]) {
+                index[axis] = along;
+                rest -= along * self.strides[axis];
+            }
+        }
+        index
+    }
+}
+
 /// One fragment's numbers, and its pixel's, at one moment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Snapshot {
     pub(super) covered: bool,
     /// Length of the piece of the ray, in slabs.
     pub(super) length: f32,
-    /// The cell's lowest voxel, counted in memory order.
-    pub(super) cell: u64,
+    /// Index of the cell's lowest voxel along x, y and z.
+    pub(super) cell: [u64; 3],
     pub(super) weight: [f32; 3],
     /// The number looked up.
     pub(super) value: f32,
@@ -57,12 +88,12 @@ pub(super) struct Snapshot {
 }
 
 impl Snapshot {
-    fn of(batch: &Batch, far: bool, i: usize) -> Self {
-        let offset = if far { batch.rare.far_offset[i] } else { batch.sample.offset[i] as u64 };
+    fn of(batch: &Batch, place: Place, i: usize) -> Self {
+        let offset = if place.far { batch.rare.far_offset[i] } else { batch.sample.offset[i] as u64 };
         Self {
             covered: batch.mask >> i & 1 == 1,
             length: batch.slab.length[i],
-            cell: (batch.geometry.cells.base as u64).wrapping_add(offset),
+            cell: place.voxel((batch.geometry.cells.base as u64).wrapping_add(offset)),
             weight: [0, 1, 2].map(|axis: usize| batch.sample.weight[axis][i]),
             value: batch.sample.value[i],
             color: [0, 1, 2].map(|c: usize| batch.slab.color[c][i]),
@@ -93,7 +124,7 @@ pub(super) struct Step {
     /// Before any stage.
     pub(super) before: Snapshot,
     /// After each stage, in order.
-    pub(super) stages: Vec<(&'static str, Snapshot)>,
+    pub(super) stages: Vec<(StageId, Snapshot)>,
 }
 
 impl Step {
@@ -156,13 +187,13 @@ pub(super) struct Recorder {
     slice: Option<i64>,
     /// Planes of the stack at hand.
     count: u64,
-    /// See [`Frame::far`].
-    far: bool,
+    /// How offsets name voxels.
+    place: Place,
 }
 
 impl Recorder {
     pub(super) fn new(wanted: Arc<Wanted>) -> Self {
-        Self { wanted, journeys: BTreeMap::new(), to_f32: None, current: Vec::new(), slice: None, count: 0, far: false }
+        Self { wanted, journeys: BTreeMap::new(), to_f32: None, current: Vec::new(), slice: None, count: 0, place: Place::default() }
     }
 
     /// Ends the slice at hand: its fragment enters the closed sum.
@@ -171,7 +202,7 @@ impl Recorder {
             return;
         }
         for journey in &mut self.current {
-            let s = Snapshot::of(batch, self.far, journey.lane);
+            let s = Snapshot::of(batch, self.place, journey.lane);
             if s.covered {
                 for c in 0..3 {
                     journey.closed[c] += journey.closed[3] * f64::from(s.color[c]);
@@ -218,11 +249,11 @@ impl Observer for Recorder {
     fn slice(&mut self, frame: &Frame<'_>, batch: &Batch) {
         self.settle(batch);
         // Pieces behind the last slice come as a slice behind all of them.
-        let behind = batch.slice == i32::MAX;
+        let behind = batch.slice == BEHIND;
         let slice = if behind { self.count as i64 } else { i64::from(batch.slice) };
         self.slice = Some(slice);
         self.to_f32 = frame.sample.to_f32;
-        self.far = frame.sample.far;
+        self.place = Place::of(frame);
         if !self.wanted.takes(slice) {
             return;
         }
@@ -233,24 +264,24 @@ impl Observer for Recorder {
                 fog: batch.fog.slice,
                 mask: 0,
                 front: front(batch, journey.lane),
-                before: Snapshot::of(batch, self.far, journey.lane),
+                before: Snapshot::of(batch, self.place, journey.lane),
                 stages: Vec::new(),
             });
         }
     }
 
-    fn stage(&mut self, name: &'static str, _: &Frame<'_>, batch: &Batch) {
+    fn stage(&mut self, id: StageId, _: &Frame<'_>, batch: &Batch) {
         if !self.slice.is_some_and(|k| self.wanted.takes(k)) {
             return;
         }
-        let far = self.far;
+        let place = self.place;
         for journey in &mut self.current {
             if let Some(step) = journey.steps.last_mut() {
                 step.mask = batch.mask;
-                if name == "fetch" {
+                if id == StageId::Fetch {
                     step.front = front(batch, journey.lane);
                 }
-                step.stages.push((name, Snapshot::of(batch, far, journey.lane)));
+                step.stages.push((id, Snapshot::of(batch, place, journey.lane)));
             }
         }
     }

@@ -148,7 +148,7 @@ impl SceneRecord {
             background: [b.rgb[0], b.rgb[1], b.rgb[2], b.alpha],
             blend,
             level,
-            order: if super::order(scene) == Order::BackToFront { "back-to-front" } else { "front-to-back" },
+            order: if scene.blending_order() == Order::BackToFront { "back-to-front" } else { "front-to-back" },
             terminate: scene.terminate(),
             opacity_unit: unit,
             ratio: stack.spacing / unit,

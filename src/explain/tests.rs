@@ -1,8 +1,9 @@
 use super::*;
 use crate::fragment::Batch;
-use crate::raster::Resolve;
+use crate::raster::{Finish, Resolve};
+use crate::renderer::OverBackground;
 use crate::scene::{
-    Accumulation, Camera, Classification, ClipPlane, Ends, Filter, Fog, FogDistance, FogMode, FogWeighting, Placement, Projection,
+    Accumulation, Camera, Classification, ClipPlane, Ends, Filter, Fog, FogDistance, FogMode, FogWeighting, Order, Placement, Projection,
     SampleAt, SlabForm, Straight, Target, TransferFunction,
 };
 use crate::volume::phantom::Phantom;
@@ -78,27 +79,18 @@ fn explained(volume: &Volume, scene: &Scene, request: &Request) -> Explanation {
 
 /// The picture's pixel from what a pixel gathered, by the pipeline's last step.
 fn resolved(explanation: &Explanation, volume: &Volume, scene: &Scene, pixel: &PixelRecord) -> [f32; 4] {
-    let (width, height) = scene.size();
-    let view = scene.camera().resolve(volume.grid(), width, height).unwrap();
-    let stack = Stack::new(volume.grid(), &view, scene.clip_planes(), explanation.record.stack.count);
-    let resolve = Resolve {
-        blend: scene.blend(),
-        background: scene.background().premultiply(),
-        transfer: scene.transfer(),
-        volume,
-        stack: &stack,
-        scale: explanation.record.scale,
-        offset: explanation.record.offset,
-        low: 0.0,
-        bounded: scene.method().slab == SlabForm::Exponential,
-        most: if scene.fog().is_some_and(|f| f.weighting() == FogWeighting::Literal) { f32::INFINITY } else { 1.0 },
-    };
+    let counted = scene.clone().with_slices(Slicing::Count(explanation.record.stack.count)).unwrap();
+    let mut renderer = Renderer::new(volume, Settings::default());
+    let plan = renderer.plan(&counted).unwrap();
+    let resolve = Resolve::new(&counted, &plan);
+    let finish = OverBackground::new(scene, &plan.needs.method);
     let mut batch = Batch::new();
     for c in 0..3 {
         batch.pixels.color[c][0] = pixel.gathered[c];
     }
     batch.pixels.transmittance[0] = pixel.gathered[3];
-    resolve.pixel(&batch.pixels, 0, pixel.x as usize, pixel.y as usize)
+    let layer = resolve.pixel(&batch.pixels, 0, pixel.x as usize, pixel.y as usize);
+    layer.map_or_else(|| finish.nothing(), |layer| finish.pixel(layer))
 }
 
 #[test]

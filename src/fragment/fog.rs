@@ -2,17 +2,27 @@
 
 use super::batch::Batch;
 use super::frame::Frame;
+use super::{Pieces, Run};
 use crate::lanes::math::exp_negative;
-use crate::lanes::{Kernel, Lanes, for_rows, row, row_mut};
-use crate::scene::FogMode;
+use crate::lanes::{Kernel, Lanes, Level, for_rows, row, row_mut};
+use crate::scene::{FogDistance, FogMode};
+
+/// The kernel for fog by `distance`.
+pub(super) fn kernel<'v>(distance: FogDistance, pieces: Pieces, level: Level) -> Run<'v> {
+    match (pieces, distance) {
+        (Pieces::BehindSlices, _) => level.kernel::<FogEach, _, _>(),
+        (Pieces::OnSlice, FogDistance::Planar) => level.kernel::<FogPlanar, _, _>(),
+        (Pieces::OnSlice, FogDistance::Radial) => level.kernel::<FogRadial, _, _>(),
+    }
+}
 
 /// One factor for the whole slice.
-pub(crate) struct FogPlanar;
+pub(super) struct FogPlanar;
 /// A factor for each fragment, from its distance to the eye.
-pub(crate) struct FogRadial;
+pub(super) struct FogRadial;
 
 /// A factor for each fragment, given.
-pub(crate) struct FogEach;
+pub(super) struct FogEach;
 
 /// Mixes row `r` with the fog colour by factor `f`.
 #[inline(always)]
@@ -28,7 +38,7 @@ fn mix<L: Lanes>(batch: &mut Batch, r: usize, f: L::F, color: [f32; 3], weighted
 impl<'v> Kernel<Frame<'v>, Batch> for FogPlanar {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
-        let Some(fog) = frame.fog else { return };
+        let Some(fog) = frame.optional.fog else { return };
         let f = L::splat(batch.fog.slice);
         for_rows!(batch.shown, r => {
             mix::<L>(batch, r, f, fog.color, fog.weighted);
@@ -39,7 +49,7 @@ impl<'v> Kernel<Frame<'v>, Batch> for FogPlanar {
 impl<'v> Kernel<Frame<'v>, Batch> for FogEach {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
-        let Some(fog) = frame.fog else { return };
+        let Some(fog) = frame.optional.fog else { return };
         for_rows!(batch.shown, r => {
             let f = L::load(row(&batch.fog.each, r));
             mix::<L>(batch, r, f, fog.color, fog.weighted);
@@ -55,7 +65,7 @@ fn bounded(density: f64) -> f32 {
 impl<'v> Kernel<Frame<'v>, Batch> for FogRadial {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
-        let Some(fog) = frame.fog else { return };
+        let Some(fog) = frame.optional.fog else { return };
         let (zero, one) = (L::splat(0.0), L::splat(1.0));
         let depth = L::splat(batch.depth);
         for_rows!(batch.shown, r => {

@@ -1,5 +1,6 @@
 //! What stays the same for all batches of a frame, grouped by the stages that use it.
 
+use super::OptionalFrame;
 use crate::lanes::{LookupTable, ToF32};
 use crate::scene::{FogMode, FogWeighting, Scene};
 use crate::volume::Voxels;
@@ -76,6 +77,6 @@ pub(crate) struct Frame<'v> {
     pub(crate) color: ColorFrame,
     /// How fragments add up.
     pub(crate) blend: BlendFrame,
-    /// Fog, if any.
-    pub(crate) fog: Option<FogFrame>,
+    /// What stages need that scenes may ask for.
+    pub(crate) optional: OptionalFrame,
 }

@@ -9,6 +9,8 @@
 //! ```text
 //!  span -> texcoord -> fetch -> [guard] -> classify -> [correct] -> [fog] -> [mask] -> blend
 //! ```
+//!
+//! What is known of a stage besides its kernel stands in `scene::StageId`.
 
 mod batch;
 mod blend;
@@ -27,20 +29,65 @@ pub(crate) use blend::{BlendBack, BlendFront, Compensated, MaskStage, Plain, Sto
 pub(crate) use classify::{Classify, ClassifyCorners};
 pub(crate) use correct::{Correct, CorrectRiemann};
 pub(crate) use fetch::{FetchAny, FetchCorners, FetchNearest, FetchPacked8, FetchPacked16, FetchPairs8, FetchPairs16, FetchPairs32, Guard};
-pub(crate) use fog::{FogEach, FogPlanar, FogRadial};
 pub(crate) use frame::{BlendFrame, ColorFrame, FogFrame, Frame, SampleFrame};
 pub(crate) use pair::{BEHIND, ClassifyPair, KeepValue};
 pub(crate) use project::{ProjectAdd, ProjectAverage, ProjectIso, ProjectLmip, ProjectMax, ProjectMin};
 pub(crate) use span::{Span, SpanPair};
 pub(crate) use texcoord::{Texcoord, TexcoordFar};
 
-/// One stage, compiled for one instruction set.
+use crate::lanes::Level;
+use crate::scene::{Scene, StageId};
+
+/// What a stage does to a batch, compiled for one instruction set.
+pub(crate) type Run<'v> = fn(&Frame<'v>, &mut Batch);
+
+/// One stage of a plan.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Stage<'v> {
-    /// The stage's name: that of its place in the chain above.
-    pub(crate) name: &'static str,
+    /// Which one.
+    pub(crate) id: StageId,
     /// Takes a batch through the stage.
-    pub(crate) run: fn(&Frame<'v>, &mut Batch),
+    pub(crate) run: Run<'v>,
+}
+
+/// Where the pieces of a batch lie.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Pieces {
+    /// All on one slice.
+    OnSlice,
+    /// Behind the last slices of their rays, each at a depth of its own.
+    BehindSlices,
+}
+
+/// Constants of the stages that scenes may ask for.
+#[derive(Debug, Clone)]
+pub(crate) struct OptionalFrame {
+    /// Fog, if any.
+    pub(crate) fog: Option<FogFrame>,
+}
+
+impl OptionalFrame {
+    /// Those of `scene`.
+    pub(crate) fn of(scene: &Scene) -> Self {
+        Self { fog: FogFrame::of(scene) }
+    }
+}
+
+/// The kernel of a stage that scenes may ask for (see [`crate::scene::StageOption`]); `None` where `scene` does not, and for stages that the
+/// plan places by itself.
+pub(crate) fn optional_kernel<'v>(id: StageId, scene: &Scene, pieces: Pieces, level: Level) -> Option<Run<'v>> {
+    match id {
+        StageId::Fog => Some(fog::kernel(scene.fog()?.distance(), pieces, level)),
+        StageId::Span
+        | StageId::Texcoord
+        | StageId::Fetch
+        | StageId::Guard
+        | StageId::Keep
+        | StageId::Classify
+        | StageId::Correct
+        | StageId::Mask
+        | StageId::Blend => None,
+    }
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! Each stage against its scalar twin on random batches, over every level of the machine.
 
 use super::batch::Batch;
+use super::fog::{FogEach, FogPlanar, FogRadial};
 use super::frame::{FogFrame, Frame};
 use super::*;
 use crate::lanes::tests::Numbers;
@@ -46,7 +47,7 @@ fn frame<'v>(voxels: &'v Voxels, n: &mut Numbers, mode: FogMode, weighted: bool)
             first_visible: 0.0,
         },
         blend: BlendFrame { terminate: 0.01, level: 100.0 },
-        fog: Some(FogFrame { mode, color: [0.2, 0.5, 0.9], weighted }),
+        optional: OptionalFrame { fog: Some(FogFrame { mode, color: [0.2, 0.5, 0.9], weighted }) },
     }
 }
 

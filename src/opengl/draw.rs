@@ -7,7 +7,7 @@ use super::table::Table;
 use super::texture::{Sampler, Texel, Texture};
 use crate::proxy::{Edge, Stack};
 use crate::scene::{Arithmetic, Environment, Filter, Fog, OpenGl, Order, Premultiplied, Target};
-use crate::settings::Progress;
+use crate::settings::Control;
 use crate::{Error, Result};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -36,20 +36,20 @@ impl Pipeline<'_> {
     ///
     /// # Errors
     /// [`Error::Stopped`] when progress said so.
-    pub(crate) fn draw(&self, pixels: &mut [[f32; 4]], rows: u32, progress: Option<&dyn Progress>) -> Result<u64> {
+    pub(crate) fn draw(&self, pixels: &mut [[f32; 4]], rows: u32, control: Control<'_>) -> Result<u64> {
         match self.target {
-            Target::F32 => self.draw_into::<Float>(pixels, rows, progress),
-            Target::Unorm8 => self.draw_into::<Unorm<255>>(pixels, rows, progress),
-            Target::Unorm16 => self.draw_into::<Unorm<65535>>(pixels, rows, progress),
+            Target::F32 => self.draw_into::<Float>(pixels, rows, control),
+            Target::Unorm8 => self.draw_into::<Unorm<255>>(pixels, rows, control),
+            Target::Unorm16 => self.draw_into::<Unorm<65535>>(pixels, rows, control),
         }
     }
 
-    fn draw_into<F: Framebuffer>(&self, pixels: &mut [[f32; 4]], rows: u32, progress: Option<&dyn Progress>) -> Result<u64> {
+    fn draw_into<F: Framebuffer>(&self, pixels: &mut [[f32; 4]], rows: u32, control: Control<'_>) -> Result<u64> {
         match self.texture {
-            Texture::R8(texels) => self.bands::<F, 1, u8>(texels, pixels, rows, progress),
-            Texture::R32F(texels) => self.bands::<F, 1, f32>(texels, pixels, rows, progress),
-            Texture::Rgba8(texels) => self.bands::<F, 4, [u8; 4]>(texels, pixels, rows, progress),
-            Texture::Rgba32F(texels) => self.bands::<F, 4, [f32; 4]>(texels, pixels, rows, progress),
+            Texture::R8(texels) => self.bands::<F, 1, u8>(texels, pixels, rows, control),
+            Texture::R32F(texels) => self.bands::<F, 1, f32>(texels, pixels, rows, control),
+            Texture::Rgba8(texels) => self.bands::<F, 4, [u8; 4]>(texels, pixels, rows, control),
+            Texture::Rgba32F(texels) => self.bands::<F, 4, [f32; 4]>(texels, pixels, rows, control),
         }
     }
 
@@ -59,7 +59,7 @@ impl Pipeline<'_> {
         texels: &[T],
         pixels: &mut [[f32; 4]],
         rows: u32,
-        progress: Option<&dyn Progress>,
+        control: Control<'_>,
     ) -> Result<u64> {
         let sampler = Sampler::new(texels, self.dims, self.state.wrap, self.state.border);
         let width = self.stack.view.width as usize;
@@ -76,7 +76,7 @@ impl Pipeline<'_> {
                 }
                 let fragments = self.band::<F, C, T>(&sampler, i * (band_length / width), band);
                 let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-                if progress.is_some_and(|p| !p.step("rendering", done, total)) {
+                if !control.step("rendering", done, total) {
                     stopped.store(true, Ordering::Relaxed);
                 }
                 fragments

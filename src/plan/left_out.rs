@@ -1,8 +1,8 @@
 //! What a scene did not need, and why: from the plan first, with the work it saved once the frame has counted.
 
-use super::{BlendKind, Needs};
+use super::needs::{BlendKind, Needs};
 use crate::lanes::BATCH;
-use crate::scene::{FogDistance, Order, Scene};
+use crate::scene::{Fits, FogDistance, Order, Scene, StageId};
 use crate::tally::{Counters, LeftOut, Tally};
 use crate::volume::{Volume, VoxelType};
 
@@ -58,15 +58,17 @@ fn lanes(unit: &'static str) -> Saving {
 pub(crate) fn planned(scene: &Scene, volume: &Volume, needs: &Needs, loads: u64) -> Vec<Planned> {
     let mut list: Vec<Planned> = Vec::new();
     let mut add = |what: &str, why: &str, saving: Saving| list.push(Planned::new(what, why, saving));
-    let colors = matches!(needs.blend, BlendKind::Over | BlendKind::Add);
-    match needs.fog {
-        None if scene.fog().is_none() => add("fog", "the scene has none", lanes("lanes")),
-        None => add("fog", "values are projected, colours are not blended", lanes("lanes")),
-        Some(FogDistance::Planar) => {
-            let why = "planar fog on view-aligned slices is one number a slice";
-            add("fog factor per fragment", why, Saving::AllButOne("factors"));
+    let colors = needs.colors();
+    for (stage, option) in StageId::options() {
+        match option.projections {
+            _ if !(option.wanted)(scene) => add(stage.name(), option.absent, lanes("lanes")),
+            Fits::No(why) if !colors => add(stage.name(), why, lanes("lanes")),
+            _ => {}
         }
-        Some(FogDistance::Radial) => {}
+    }
+    if needs.fog == Some(FogDistance::Planar) {
+        let why = "planar fog on view-aligned slices is one number a slice";
+        add("fog factor per fragment", why, Saving::AllButOne("factors"));
     }
     if scene.clip_planes().is_empty() {
         add("clip planes", "the scene has none", Saving::Unknown);

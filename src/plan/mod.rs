@@ -1,334 +1,209 @@
-//! The plan: from scene and settings to slices, tables and stages, and to the list of what a scene does not need.
+//! The plan: which stages, tables and slices a frame takes, and what it does without. Made once a frame, before the first pixel, by
+//! [`FramePlan::new`]; the rooms above execute it and change nothing in it.
+//!
+//! ```text
+//!  scene, stack --needs--> what the frame needs
+//!                            |    prepared: tables and bricks' classes, kept between frames
+//!                            v     v
+//!                        frame's constants, stages, skip table, what was left out
+//! ```
 
-mod changes;
-mod classes;
+mod hidden_values;
 mod left_out;
-mod pairs;
-mod table;
+mod merging;
+mod needs;
+mod prepared;
+mod scaling;
+mod stages;
 
-pub(crate) use changes::{CHANGES, ChangeClasses, most as most_change, strongest};
-pub(crate) use classes::Classes;
-pub(crate) use left_out::{Planned, Saving, passed_over, planned};
-use pairs::PairTable;
-use table::Layout;
-pub(crate) use table::Slab;
+pub(crate) use left_out::{Planned, Saving, passed_over};
+pub(crate) use merging::Merging;
+pub(crate) use needs::{EndPieces, Needs, method};
+pub(crate) use prepared::{MergedData, Prepared, TransferData, TransferKey, VolumeData};
+pub(crate) use scaling::Scaling;
+pub(crate) use stages::{PairStages, Stages};
 
-use crate::fragment::*;
-use crate::lanes::{Level, ToF32};
-use crate::lean::{LEAN, extra};
+use crate::classify::{Classify, Slab};
+use crate::fragment::project::NOTHING;
+use crate::fragment::{BlendFrame, ColorFrame, Frame, OptionalFrame, SampleFrame};
+use crate::lanes::{Level, LookupTable};
+use crate::lean::extra;
 use crate::proxy::Stack;
-use crate::raster::PairStages;
-use crate::scene::{Accumulation, Blend, Classification, Filter, Fog, FogDistance, FogWeighting, Method, Order, Scene, SlabForm, Target};
-use crate::volume::bricks::Bricks;
-use crate::volume::{Volume, VoxelType};
+use crate::scene::{Blend, Fog, FogDistance, SampleAt, Scene};
+use crate::skip::{Runs, SkipTable};
+use crate::volume::Volume;
+use hidden_values::hidden_up_to;
+use needs::Lookup;
+use std::sync::Arc;
 
-/// How stored values become the f32 numbers of the stages, and those the data's units.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Scaling {
-    /// Conversion on load, where it takes more than a cast.
-    pub(crate) to_f32: Option<ToF32>,
-    /// Data value = `scale` * number + `offset`; positive, so that numbers rise with values.
-    pub(crate) scale: f64,
-    /// See `scale`.
-    pub(crate) offset: f64,
+/// What a plan is made for.
+pub(crate) struct Subject<'s, 'v> {
+    pub(crate) scene: &'s Scene,
+    pub(crate) volume: &'v Volume,
+    pub(crate) data: &'v VolumeData,
+    pub(crate) stack: Stack,
+    /// Transmittance below which a pixel takes no more.
+    pub(crate) terminate: f32,
+    pub(crate) level: Level,
+    /// Whether an observer sees the frame: then nothing is left out that shows in no pixel.
+    pub(crate) observed: bool,
 }
 
-impl Scaling {
-    /// Chooses a conversion that keeps the values of `volume` within f32 and, for types wider than f32, their differences exact.
-    pub(crate) fn new(volume: &Volume, bricks: &Bricks) -> Self {
-        let (min, max) = bricks.range;
-        let (slope, intercept) = volume.rescale();
-        let range = max - min;
-        let exact = min.abs().max(max.abs()) <= f64::from(1 << 24);
-        // Where the slope is negative, numbers are turned around on load: first crossings and local maxima are the values' own.
-        let sign = slope.signum();
-        let map = |gain: f64, bias: f64| Some(ToF32 { gain: sign * gain, bias: sign * gain * bias });
-        let plain = if slope < 0.0 { map(1.0, 0.0) } else { None };
-        let to_f32 = match volume.voxels().voxel_type() {
-            VoxelType::U8 | VoxelType::I8 | VoxelType::U16 | VoxelType::I16 => plain,
-            VoxelType::U32 | VoxelType::I32 if exact => plain,
-            VoxelType::U32 | VoxelType::I32 => map(1.0, min),
-            // Differences of neighbours must not overflow, nor sums over a ray.
-            VoxelType::F32 if min < max && range > 1e20 => map(libm::scalbn(1.0, -64), 0.0),
-            VoxelType::F32 => plain,
-            VoxelType::F64 if min > max => plain,
-            VoxelType::F64 if min == max || (1e-20..1e20).contains(&range) => map(1.0, min),
-            VoxelType::F64 => map(power_of_two_near(1.0 / (max * 0.5 - min * 0.5)), min),
+/// Everything a frame's blocks share.
+#[derive(Debug)]
+pub(crate) struct FramePlan<'v> {
+    /// Constants of the stages.
+    pub(crate) frame: Frame<'v>,
+    pub(crate) stack: Stack,
+    pub(crate) needs: Needs,
+    pub(crate) stages: Stages<'v>,
+    /// What shows where, to pass over what does not; `None` where every fragment counts.
+    pub(crate) skip_table: Option<Arc<SkipTable>>,
+    /// Slices that are asked about together.
+    pub(crate) runs: Runs,
+    /// What it takes to make one slab of several, where that may be.
+    pub(crate) merging: Option<Merging<'v>>,
+    /// Fog, of which a factor depends on the slice alone.
+    pub(crate) fog: Option<Fog>,
+    /// Values pixels start from: colour channels, then transmittance.
+    pub(crate) start: [f32; 4],
+    /// Where in its slab a value is taken, in slabs from its middle.
+    pub(crate) sample: f64,
+    /// Vectors of the geometry.
+    pub(crate) level: Level,
+    /// What depends on the volume.
+    pub(crate) data: &'v VolumeData,
+    pub(crate) volume: &'v Volume,
+    /// What the scene did not need.
+    pub(crate) left_out: Vec<Planned>,
+    /// Share of the bricks in which anything shows, where empty ones are passed over.
+    pub(crate) visible_share: Option<f64>,
+}
+
+impl<'v> FramePlan<'v> {
+    /// The plan for one frame of `subject`, with what is `kept` between frames.
+    pub(crate) fn new(subject: Subject<'_, 'v>, kept: &mut impl Prepared) -> Self {
+        let Subject { scene, volume, data, stack, terminate, level, observed } = subject;
+        let needs = Needs::new(scene, &stack, data.bricks.non_finite > 0, terminate);
+        let lookup = needs.lookup(volume, data.packed.is_some(), &data.scaling);
+        let ratio = if stack.is_empty() { 1.0 } else { stack.spacing / scene.opacity_length(volume.grid()) };
+        let slab = Slab { ratio, form: needs.method.slab };
+        let transfer = kept.transfer(TransferKey { transfer: scene.transfer().clone(), slab, pairs: needs.method.is_pre_integrated() });
+        // Where empty slices count, or are looked at, all rows do.
+        let (color, split) = color_frame(&data.scaling, &transfer, needs.skip && !observed);
+        let frame = Frame {
+            sample: sample_frame(volume, data, &needs, lookup, &color),
+            color,
+            blend: BlendFrame { terminate, level: level_of(scene, &data.scaling) as f32 },
+            optional: OptionalFrame::of(scene),
         };
-        let m = to_f32.unwrap_or(ToF32 { gain: 1.0, bias: 0.0 });
-        Self { to_f32, scale: slope / m.gain, offset: slope * (m.bias / m.gain) + intercept }
-    }
-
-    /// The number that stands for a value in the data's units.
-    pub(crate) fn number(&self, value: f64) -> f64 {
-        (value - self.offset) / self.scale
-    }
-}
-
-/// The power of two next below |x|, within the normal range of f64.
-fn power_of_two_near(x: f64) -> f64 {
-    let (_, exponent) = libm::frexp(x);
-    libm::scalbn(1.0, exponent.clamp(-1000, 1000) - 1)
-}
-
-/// Stages of batches whose fragments are all covered by whole slabs, and of all others.
-pub(crate) struct Stages<'v> {
-    pub(crate) span: Stage<'v>,
-    pub(crate) whole: Vec<Stage<'v>>,
-    pub(crate) partial: Vec<Stage<'v>>,
-    /// More lookups, where slabs lie between slices.
-    pub(crate) pairs: Option<PairStages<'v>>,
-}
-
-/// What a frame needs, decided before the first pixel.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Needs {
-    pub(crate) blend: BlendKind,
-    pub(crate) order: Order,
-    pub(crate) terminate: bool,
-    pub(crate) guard: bool,
-    pub(crate) fog: Option<FogDistance>,
-    pub(crate) perspective: bool,
-    pub(crate) far: bool,
-    pub(crate) split_scale: bool,
-    /// Whether slabs within an interval of a table over pairs have a table of their own.
-    pub(crate) fine: bool,
-    pub(crate) skip: bool,
-    /// Whether several slabs may become one.
-    pub(crate) merge: bool,
-    pub(crate) method: Method,
-    /// Whether sums are compensated.
-    pub(crate) compensated: bool,
-}
-
-/// [`Blend`] without its numbers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum BlendKind {
-    Over,
-    Add,
-    Max,
-    Min,
-    Average,
-    Lmip,
-    Iso,
-}
-
-impl Needs {
-    pub(crate) fn new(scene: &Scene, stack: &Stack, bricks: &Bricks, (split_scale, fine): (bool, bool), terminate: f32) -> Self {
-        let blend = match scene.blend() {
-            Blend::Over => BlendKind::Over,
-            Blend::Add => BlendKind::Add,
-            Blend::Mip => BlendKind::Max,
-            Blend::Min => BlendKind::Min,
-            Blend::Average => BlendKind::Average,
-            Blend::Lmip { .. } => BlendKind::Lmip,
-            Blend::Iso { .. } => BlendKind::Iso,
+        let merged = if needs.merge { kept.merged(&transfer) } else { None };
+        let runs = Runs::new(&stack, needs.ends.between(), needs.merge);
+        let skip_table = needs.skip.then(|| kept.skip_table(&transfer, merged.as_deref(), &runs));
+        let kernels = stages::Kernels {
+            scene,
+            needs: &needs,
+            lookup,
+            voxels: volume.voxels().voxel_type(),
+            split,
+            fine: frame.color.fine.is_some(),
+            level,
         };
-        let colors = matches!(blend, BlendKind::Over | BlendKind::Add);
-        let fog = extra(scene.fog()).filter(|_| colors);
-        let literal = fog.is_some_and(|f| f.weighting() == FogWeighting::Literal);
-        let method = method(scene);
-        // Values before and behind a slab come in the order of the ray.
-        let order = if blend == BlendKind::Over && !method.is_pre_integrated() { scene.order() } else { Order::FrontToBack };
-        let compensated = match method.accumulation {
-            _ if method.slab == SlabForm::Riemann || method.target == Target::Unorm8 => false,
-            Accumulation::Auto => stack.count >= Accumulation::MANY,
-            Accumulation::Plain => false,
-            Accumulation::Compensated => true,
-        };
-        // Literal fog lights up empty slices: that is its mistake, and it is reproduced.
-        let skip = colors && !literal;
-        let guard = bricks.non_finite > 0;
         Self {
-            blend,
-            order,
-            // Riemann's transmittance may pass below zero and come back.
-            terminate: blend == BlendKind::Over && order == Order::FrontToBack && terminate > 0.0 && method.slab != SlabForm::Riemann,
-            guard,
-            fog: fog.map(Fog::distance),
-            perspective: stack.perspective,
-            far: spans_far(stack),
-            split_scale,
-            fine,
-            skip,
-            // It adds light slice by slice; and what is no number changes any way.
-            merge: method.merge && skip && !guard,
-            method,
-            compensated: compensated && blend == BlendKind::Over,
+            stages: Stages::new(kernels),
+            merging: merged.map(|merged| Merging::new(&frame, &merged)),
+            frame,
+            skip_table,
+            runs,
+            fog: scene.fog().filter(|_| needs.fog.is_some()).copied(),
+            start: start_values(scene.blend()),
+            sample: if needs.method.sample == SampleAt::End { 0.5 } else { 0.0 },
+            level,
+            data,
+            volume,
+            left_out: left_out::planned(scene, volume, &needs, lookup.loads()),
+            visible_share: needs.skip.then(|| transfer.bricks.share()),
+            needs,
+            stack,
         }
     }
 
-    /// The stages, compiled for `level`.
-    pub(crate) fn stages<'v>(&self, volume: &Volume, packed: bool, scaling: &Scaling, level: Level) -> Stages<'v> {
-        let stage = |name: &'static str, run: fn(&Frame<'v>, &mut Batch)| Stage { name, run };
-        let mut middle: Vec<Stage<'v>> = Vec::new();
-        middle.push(stage("texcoord", if self.far { level.kernel::<TexcoordFar, _, _>() } else { level.kernel::<Texcoord, _, _>() }));
-        let colors = matches!(self.blend, BlendKind::Over | BlendKind::Add);
-        let nearest = self.method.filter == Filter::Nearest;
-        let before = self.method.classification == Classification::Pre && !nearest;
-        middle.push(stage("fetch", self.fetch(volume, packed, scaling, level)));
-        let pairs = self.method.is_pre_integrated() && colors && !LEAN;
-        if self.guard && !before && !pairs && !LEAN {
-            middle.push(stage("guard", level.kernel::<Guard, _, _>()));
-        }
-        if pairs {
-            middle.push(stage("classify", self.classify_pairs(self.method.classification == Classification::SecondOrder, level)));
-        } else if colors {
-            middle.push(stage(
-                "classify",
-                match (before, self.split_scale) {
-                    (false, false) => level.kernel::<Classify<false>, _, _>(),
-                    (false, true) => level.kernel::<Classify<true>, _, _>(),
-                    (true, false) => level.kernel::<ClassifyCorners<false>, _, _>(),
-                    (true, true) => level.kernel::<ClassifyCorners<true>, _, _>(),
-                },
-            ));
-        }
-        let fog: Option<Stage<'v>> = extra(self.fog).map(|distance| {
-            stage(
-                "fog",
-                match distance {
-                    FogDistance::Planar => level.kernel::<FogPlanar, _, _>(),
-                    FogDistance::Radial => level.kernel::<FogRadial, _, _>(),
-                },
-            )
-        });
-        let blend = stage(
-            "blend",
-            match self.blend {
-                BlendKind::Over if self.method.target == Target::Unorm8 => self.over::<Unorm8>(level),
-                BlendKind::Over if self.compensated => self.over::<Compensated>(level),
-                BlendKind::Over => self.over::<Plain>(level),
-                BlendKind::Add => level.kernel::<ProjectAdd, _, _>(),
-                BlendKind::Max => level.kernel::<ProjectMax, _, _>(),
-                BlendKind::Min => level.kernel::<ProjectMin, _, _>(),
-                BlendKind::Average => level.kernel::<ProjectAverage, _, _>(),
-                BlendKind::Lmip => level.kernel::<ProjectLmip, _, _>(),
-                BlendKind::Iso => level.kernel::<ProjectIso, _, _>(),
-            },
-        );
-        let finish = |correct: bool, mask: bool| {
-            let mut list = middle.clone();
-            if correct && colors {
-                list.push(stage(
-                    "correct",
-                    match (self.method.slab, self.perspective) {
-                        (SlabForm::Riemann, _) => level.kernel::<CorrectRiemann, _, _>(),
-                        (_, true) => level.kernel::<Correct<false>, _, _>(),
-                        (_, false) => level.kernel::<Correct<true>, _, _>(),
-                    },
-                ));
-            }
-            list.extend(fog);
-            if mask && colors {
-                list.push(stage("mask", level.kernel::<MaskStage, _, _>()));
-            }
-            list.push(blend);
-            list
-        };
-        let whole = finish(self.perspective, self.guard);
-        let partial = finish(true, true);
-        let pairs = pairs.then(|| {
-            // Texture coordinates are set ray by ray, and each ray leaves at a depth of its own.
-            let after = partial.iter().position(|s| s.name == "classify").map_or(1, |i| i + 1);
-            let mut exit = vec![partial[after - 1]];
-            exit.extend(&partial[after..]);
-            if let Some(fog) = exit.iter_mut().find(|s| s.name == "fog") {
-                fog.run = level.kernel::<FogEach, _, _>();
-            }
-            PairStages {
-                lookback: if self.method.classification == Classification::SecondOrder { 2 } else { 1 },
-                keep: vec![middle[0], middle[1], stage("keep", level.kernel::<KeepValue, _, _>())],
-                fetch: middle[1],
-                exit,
-            }
-        });
-        let span = if pairs.is_some() { level.kernel::<SpanPair, _, _>() } else { level.kernel::<Span, _, _>() };
-        Stages { span: stage("span", span), whole, partial, pairs }
+    /// Whether fog goes by the distance from the eye.
+    pub(crate) fn radial(&self) -> bool {
+        self.needs.fog == Some(FogDistance::Radial)
     }
 
-    fn classify_pairs<'v>(&self, second: bool, level: Level) -> fn(&Frame<'v>, &mut Batch) {
-        match (self.split_scale, second, self.fine) {
-            (false, false, false) => level.kernel::<ClassifyPair<false, false, false>, _, _>(),
-            (false, false, true) => level.kernel::<ClassifyPair<false, false, true>, _, _>(),
-            (false, true, false) => level.kernel::<ClassifyPair<false, true, false>, _, _>(),
-            (false, true, true) => level.kernel::<ClassifyPair<false, true, true>, _, _>(),
-            (true, false, false) => level.kernel::<ClassifyPair<true, false, false>, _, _>(),
-            (true, false, true) => level.kernel::<ClassifyPair<true, false, true>, _, _>(),
-            (true, true, false) => level.kernel::<ClassifyPair<true, true, false>, _, _>(),
-            (true, true, true) => level.kernel::<ClassifyPair<true, true, true>, _, _>(),
-        }
-    }
-
-    /// Whether lookups read packed voxels, where there are any.
-    pub(crate) fn reads_packed(&self, volume: &Volume, packed: bool, scaling: &Scaling) -> bool {
-        self.loads(volume, packed, scaling) == 2
-    }
-
-    /// Loads of a lookup for the eight voxels around it.
-    pub(crate) fn loads(&self, volume: &Volume, packed: bool, scaling: &Scaling) -> u64 {
-        let pairs = !self.far && scaling.to_f32.is_none() && volume.grid().dims()[0] > 1;
-        let linear = self.method.filter == Filter::Linear && self.method.classification != Classification::Pre;
-        match volume.voxels().voxel_type().bytes() {
-            1 | 2 if pairs && linear && packed => 2,
-            1 | 2 | 4 if pairs && linear => 4,
-            _ => 8,
-        }
-    }
-
-    fn fetch<'v>(&self, volume: &Volume, packed: bool, scaling: &Scaling, level: Level) -> fn(&Frame<'v>, &mut Batch) {
-        // PairTable along x need two voxels there.
-        let pairs = !self.far && scaling.to_f32.is_none() && volume.grid().dims()[0] > 1;
-        match (self.method.filter, self.method.classification) {
-            (Filter::Nearest, _) if self.far => return level.kernel::<FetchNearest<true>, _, _>(),
-            (Filter::Nearest, _) => return level.kernel::<FetchNearest<false>, _, _>(),
-            (Filter::Linear, Classification::Pre) if self.far => return level.kernel::<FetchCorners<true>, _, _>(),
-            (Filter::Linear, Classification::Pre) => return level.kernel::<FetchCorners<false>, _, _>(),
-            (Filter::Linear, _) => {}
-        }
-        match volume.voxels().voxel_type() {
-            VoxelType::U8 | VoxelType::I8 if pairs && packed => level.kernel::<FetchPacked8, _, _>(),
-            VoxelType::U8 | VoxelType::I8 if pairs => level.kernel::<FetchPairs8, _, _>(),
-            VoxelType::U16 | VoxelType::I16 if pairs && packed => level.kernel::<FetchPacked16, _, _>(),
-            VoxelType::U16 | VoxelType::I16 if pairs => level.kernel::<FetchPairs16, _, _>(),
-            VoxelType::U32 | VoxelType::I32 | VoxelType::F32 if pairs => level.kernel::<FetchPairs32, _, _>(),
-            _ if self.far => level.kernel::<FetchAny<true>, _, _>(),
-            _ => level.kernel::<FetchAny<false>, _, _>(),
-        }
-    }
-
-    fn over<'v, S: Store>(&self, level: Level) -> fn(&Frame<'v>, &mut Batch) {
-        match self.order {
-            Order::FrontToBack if self.terminate => level.kernel::<BlendFront<S, true>, _, _>(),
-            Order::FrontToBack => level.kernel::<BlendFront<S, false>, _, _>(),
-            Order::BackToFront => level.kernel::<BlendBack<S>, _, _>(),
-        }
+    /// Fog, in builds that have it.
+    #[inline(always)]
+    pub(crate) fn fog(&self) -> Option<&Fog> {
+        extra(self.fog.as_ref())
     }
 }
 
-/// The scene's method where it matters: projections of values have no slabs.
-pub(crate) fn method(scene: &Scene) -> Method {
-    let method = scene.method();
+/// What lookups need.
+fn sample_frame<'v>(volume: &'v Volume, data: &'v VolumeData, needs: &Needs, lookup: Lookup, color: &ColorFrame) -> SampleFrame<'v> {
+    let [nx, ny, nz] = volume.grid().dims();
+    let packed = data.packed.as_ref().filter(|_| lookup == Lookup::Packed);
+    let [row, layer] = packed.map_or([nx, nx * ny], |p| p.strides);
+    let stride = |n: usize, stride: usize| if n > 1 { stride } else { 0 };
+    let kind = volume.voxels().voxel_type();
+    SampleFrame {
+        voxels: volume.voxels(),
+        packed,
+        strides: [stride(nx, 1), stride(ny, row), stride(nz, layer)],
+        far: needs.far,
+        to_f32: data.scaling.to_f32,
+        // Slabs between two values are classified by more than the value at hand.
+        hidden_up_to: if needs.method.is_pre_integrated() { None } else { hidden_up_to(kind, color.low, color.scale, color.first_visible) },
+    }
+}
+
+/// What classification by `data` needs, and whether the table's scale is applied in two steps. Where nothing may be `hidden`, every row
+/// counts as visible.
+fn color_frame(scaling: &Scaling, data: &TransferData, hidden: bool) -> (ColorFrame, bool) {
+    let (from, to) = data.classifier.range();
+    let (low, high) = (scaling.number(from), scaling.number(to));
+    let last = data.classifier.last();
+    let scale = if last == 0 { 0.0 } else { last as f64 / (high - low) };
+    let split = scale != 0.0 && !(1e-30..1e30).contains(&scale.abs());
+    let factors = if split {
+        let (mantissa, exponent) = libm::frexp(scale);
+        let half = exponent / 2;
+        [libm::scalbn(mantissa, half) as f32, libm::scalbn(1.0, exponent - half) as f32]
+    } else {
+        [scale as f32, 1.0]
+    };
+    let fine = data.classifier.fine().zip(data.fine.as_ref()).map(|(layout, table)| {
+        let (low, high) = layout.range();
+        let per_unit = last as f64 / (to - from);
+        let factor = if high > low { layout.last() as f64 / ((high - low) * per_unit) } else { 0.0 };
+        (table.clone(), [((low - from) * per_unit) as f32, factor as f32, layout.last() as f32])
+    });
+    let first_visible = if hidden { first_visible(&data.table, last, fine.is_some()) } else { 0.0 };
+    (ColorFrame { table: data.table.clone(), low: low as f32, scale: factors, last: last as f32, fine, first_visible }, split)
+}
+
+/// The table position up to which slabs show nothing.
+fn first_visible(table: &LookupTable, last: usize, fine: bool) -> f32 {
+    let hidden = table.hidden_intervals(last + 1);
+    // Entries of the finer table may reach into the next interval.
+    (if fine { hidden.saturating_sub(1) } else { hidden }) as f32
+}
+
+/// Threshold or level of a projection, as a number.
+fn level_of(scene: &Scene, scaling: &Scaling) -> f64 {
     match scene.blend() {
-        // Farthest first, nobody knows how much light a slab's comes through.
-        Blend::Over => Method { merge: method.merge && scene.order() == Order::FrontToBack, ..method },
-        // Nothing is hidden, so nothing is rounded on the way.
-        Blend::Add => Method { target: Target::F32, merge: false, ..method },
-        _ => Method { filter: method.filter, ends: method.ends, sample: method.sample, ..Method::default() },
+        Blend::Lmip { threshold: x } | Blend::Iso { level: x } => scaling.number(x),
+        _ => 0.0,
     }
 }
 
-/// Whether the cells of one batch may lie 2^24 voxels apart or more: the batch's extent in the worst place of the picture.
-fn spans_far(stack: &Stack) -> bool {
-    let scale = if stack.perspective { stack.far.abs().max(stack.near.abs()) } else { 1.0 };
-    let mut voxels = 0.0;
-    let mut stride = 1.0;
-    for axis in 0..3 {
-        let f = stack.index[axis];
-        let extent = (7.0 * (f.b.abs() + f.c.abs()) * scale + 3.0).min(stack.dims[axis] as f64);
-        voxels += extent * stride;
-        stride *= stack.dims[axis] as f64;
+/// What pixels start from: colour channels, then transmittance.
+pub(crate) fn start_values(blend: Blend) -> [f32; 4] {
+    match blend {
+        Blend::Over => [0.0, 0.0, 0.0, 1.0],
+        Blend::Add | Blend::Average => [0.0; 4],
+        Blend::Mip | Blend::Min => [NOTHING, 0.0, 0.0, 1.0],
+        Blend::Lmip { .. } | Blend::Iso { .. } => [NOTHING, NOTHING, 0.0, 1.0],
     }
-    // Packed voxels lie up to a sixteenth further apart.
-    voxels * 1.0625 >= f64::from(1 << 24)
 }

@@ -1,9 +1,9 @@
 //! Where the fragments of a block lie in the volume, slice by slice.
 
-use super::skip::{BoxQuery, Windows};
 use crate::fragment::{Batch, Frame};
 use crate::lanes::SIDE;
 use crate::proxy::Stack;
+use crate::skip::{BoxQuery, Windows};
 
 /// Index coordinates of a block as functions of depth: `start + d * slope` for its first pixel, and the block's extent.
 pub(super) struct BlockTransform {

@@ -4,6 +4,7 @@
 
 use crate::fragment::{Batch, Frame};
 use crate::proxy::Stack;
+use crate::scene::StageId;
 use std::ops::Range;
 
 /// Someone who looks on. Each tile has its own, made by [`Observer::fresh`] from the one that was sent; they are merged at the end.
@@ -37,9 +38,9 @@ pub(crate) trait Observer: Send + Sync {
         let _ = (frame, batch);
     }
 
-    /// The stage called `name` has run.
-    fn stage(&mut self, name: &'static str, frame: &Frame<'_>, batch: &Batch) {
-        let _ = (name, frame, batch);
+    /// Stage `id` has run.
+    fn stage(&mut self, id: StageId, frame: &Frame<'_>, batch: &Batch) {
+        let _ = (id, frame, batch);
     }
 
     /// Slices `from..to` of the block are passed over: nothing in them shows, or (`finished`) every pixel is done.

@@ -9,6 +9,7 @@ mod ends;
 use crate::fragment::{PixelBlock, RaySummary};
 use crate::lanes::{BATCH, Level, SIDE};
 use crate::lean::LEAN;
+use crate::plan::EndPieces;
 use crate::proxy::Stack;
 use ends::{Crossings, RayEnds, RaySpans};
 
@@ -38,33 +39,9 @@ pub(crate) struct RayIntervals<'s> {
     stack: &'s Stack,
     sides: Vec<Side>,
     radial: bool,
-    outer: EndPieces,
+    piece_ends: EndPieces,
     ends: fn(&Crossings, &mut PixelBlock),
     spans: fn(&Crossings, &mut PixelBlock),
-}
-
-/// What the lengths of a ray's outermost pieces are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum EndPieces {
-    /// From the box's face to the far side of the first slab; likewise at the other end.
-    Partial,
-    /// Whole slabs.
-    Whole,
-    /// From the box's face to the first slice, and from the last slice to the box's face: slabs lie between slices.
-    Between,
-    /// Whole slabs that end at their slices.
-    WholeBetween,
-}
-
-impl EndPieces {
-    fn whole(self) -> bool {
-        matches!(self, Self::Whole | Self::WholeBetween)
-    }
-
-    /// Whether slabs end at their slices.
-    pub(crate) fn between(self) -> bool {
-        matches!(self, Self::Between | Self::WholeBetween)
-    }
 }
 
 /// Slices that matter to a block.
@@ -92,7 +69,7 @@ impl BlockRange {
 
 impl<'s> RayIntervals<'s> {
     /// Prepares `stack`, for rays in vectors of `level`; `radial` asks for the distances that radial fog needs.
-    pub(crate) fn new(stack: &'s Stack, radial: bool, outer: EndPieces, level: Level) -> Self {
+    pub(crate) fn new(stack: &'s Stack, radial: bool, ends: EndPieces, level: Level) -> Self {
         let (w, h) = (f64::from(stack.view.width), f64::from(stack.view.height));
         let far = stack.far.abs().max(stack.near.abs());
         let sides = stack
@@ -115,7 +92,7 @@ impl<'s> RayIntervals<'s> {
             stack,
             sides,
             radial: radial && !LEAN,
-            outer,
+            piece_ends: ends,
             ends: level.kernel::<RayEnds, _, _>(),
             spans: level.kernel::<RaySpans, _, _>(),
         }
@@ -208,7 +185,7 @@ impl<'s> RayIntervals<'s> {
     /// The slices that cover every pixel of a block with a whole slab, from the last of the pixels' first slices and the first of their
     /// last ones.
     fn whole(&self, first: i64, last: i64) -> (i64, i64) {
-        if self.outer.whole() { (first, last) } else { (first + 1, last - i64::from(!self.outer.between())) }
+        if self.piece_ends.whole() { (first, last) } else { (first + 1, last - i64::from(!self.piece_ends.between())) }
     }
 
     /// Lengths of the outermost pieces of a ray whose first and last slices are `first` and `last`.
@@ -216,7 +193,7 @@ impl<'s> RayIntervals<'s> {
         // To the middle of the first slice's slab, and from that of the last.
         let (to_first, from_last) = (first as f64 - ray.entry, ray.exit - last as f64);
         let through = (ray.exit - ray.entry) as f32;
-        match self.outer {
+        match self.piece_ends {
             EndPieces::Whole | EndPieces::WholeBetween => (1.0, 1.0),
             // Rounding may put the face a hair behind the slice.
             EndPieces::Between if ray.corner && to_first < 0.0 => (0.0, through),
@@ -312,7 +289,7 @@ impl<'s> RayIntervals<'s> {
     /// What [`RayIntervals::crossings`] begins with.
     fn none_crossed(&self, inside: u64) -> Crossings {
         let Stack { perspective, near, spacing, count, .. } = *self.stack;
-        Crossings::new((perspective, near, spacing, count), self.outer, inside)
+        Crossings::new((perspective, near, spacing, count), self.piece_ends, inside)
     }
 
     /// Entry, exit and covering slices of the ray through window position (x,y).
@@ -367,7 +344,7 @@ impl<'s> RayIntervals<'s> {
         let close = (exit + 1.5) as i64 - 1;
         let last =
             if (exit - close as f64).abs() > error { close - i64::from(exit < close as f64) } else { close - i64::from(!covers(close)) };
-        if first > last && !doubt && !self.outer.whole() && exit - entry > error {
+        if first > last && !doubt && !self.piece_ends.whole() && exit - entry > error {
             // The ray cuts a corner of the box between two slices: its one piece is looked up on the nearest of them.
             let nearest = ((0.5 * (entry + exit) + 0.5) as i64).clamp(0, self.stack.count as i64 - 1);
             return Ray { entry, exit, first: nearest, last: nearest, doubt, corner: true };

@@ -1,12 +1,13 @@
 //! Tiles: squares of the picture that threads take in turn. Each owns its pixels.
 
-use super::block::{self, Outcome, Work};
+use super::block::{self, Outcome};
 use super::observer::Observer;
 use super::ray_intervals::RayIntervals;
-use super::resolve::Resolve;
+use super::resolve::{Finish, Resolve};
+use super::work::Work;
 use crate::fragment::Batch;
 use crate::lanes::SIDE;
-use crate::settings::Progress;
+use crate::settings::Control;
 use crate::tally::Counters;
 use crate::{Error, Result};
 use std::ops::Range;
@@ -80,19 +81,29 @@ fn cut(pixels: &mut [[f32; 4]], width: usize, side: usize) -> Vec<Tile<'_>> {
     tiles
 }
 
-/// Renders all tiles of `side` pixels into `pixels` on the current thread pool; with a mask, its blocks alone.
-/// Observers are made after `observer`.
-pub(crate) fn render_tiles<W: Observer>(
+/// What rendering needs besides a plan.
+pub(crate) struct Job<'j, O, F> {
+    /// From gathered numbers to a layer.
+    pub(crate) resolve: &'j Resolve<'j>,
+    /// From a layer to what is wanted.
+    pub(crate) finish: &'j F,
+    /// Side of a tile in pixels.
+    pub(crate) side: u32,
+    /// With a mask, its blocks alone.
+    pub(crate) blocks: Option<&'j BlockMask>,
+    pub(crate) control: Control<'j>,
+    /// Observers of tiles are made after it.
+    pub(crate) observer: &'j O,
+}
+
+/// Renders all tiles into `pixels` on the current thread pool.
+pub(crate) fn render_tiles<O: Observer, F: Finish>(
     work: &Work<'_, '_>,
-    resolve: &Resolve<'_>,
-    side: u32,
+    job: &Job<'_, O, F>,
     pixels: &mut [[f32; 4]],
-    blocks: Option<&BlockMask>,
-    progress: Option<&dyn Progress>,
-    observer: &W,
-) -> Result<(Counters, W)> {
-    let intervals = RayIntervals::new(work.stack, work.radial, work.outer, work.level);
-    let tiles = cut(pixels, work.stack.view.width as usize, side as usize);
+) -> Result<(Counters, O)> {
+    let intervals = work.ray_intervals();
+    let tiles = cut(pixels, work.stack.view.width as usize, job.side as usize);
     let (total, done, stopped) = (tiles.len() as u64, AtomicU64::new(0), AtomicBool::new(false));
     // Whoever is free takes the next tile: no thread is left with a row of them while another has none.
     let queue = Mutex::new(tiles.into_iter().enumerate());
@@ -100,12 +111,12 @@ pub(crate) fn render_tiles<W: Observer>(
     let parts = rayon::broadcast(|_| {
         let (mut batch, mut counters, mut seen) = (Batch::new(), Counters::default(), Vec::new());
         while let Some((at, mut tile)) = next() {
-            let mut observer = observer.fresh();
-            render_tile(work, &intervals, resolve, blocks, &mut tile, &mut batch, &mut counters, &mut observer);
+            let mut observer = job.observer.fresh();
+            let whole = render_tile(work, &intervals, job, &mut tile, &mut batch, &mut counters, &mut observer);
             observer.over();
             seen.push((at, observer));
             let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-            if stopped.load(Ordering::Relaxed) || progress.is_some_and(|p| !p.step("rendering", done, total)) {
+            if !whole || stopped.load(Ordering::Relaxed) || !job.control.step("rendering", done, total) {
                 stopped.store(true, Ordering::Relaxed);
                 break;
             }
@@ -122,33 +133,35 @@ pub(crate) fn render_tiles<W: Observer>(
     }
     // In the order of tiles, whoever rendered them.
     seen.sort_unstable_by_key(|part| part.0);
-    let mut all: Option<W> = None;
+    let mut all: Option<O> = None;
     for (_, part) in seen {
         match &mut all {
             Some(all) => all.merge(part),
             None => all = Some(part),
         }
     }
-    Ok((counters, all.unwrap_or_else(|| observer.fresh())))
+    Ok((counters, all.unwrap_or_else(|| job.observer.fresh())))
 }
 
-#[allow(clippy::too_many_arguments, reason = "what all tiles share, and what a thread has of its own")]
-fn render_tile<W: Observer>(
+/// Renders one tile; false where it was stopped between two rows of blocks.
+fn render_tile<O: Observer, F: Finish>(
     work: &Work<'_, '_>,
     intervals: &RayIntervals<'_>,
-    resolve: &Resolve<'_>,
-    blocks: Option<&BlockMask>,
+    job: &Job<'_, O, F>,
     tile: &mut Tile<'_>,
     batch: &mut Batch,
     counters: &mut Counters,
-    observer: &mut W,
-) {
+    observer: &mut O,
+) -> bool {
     let (x0, y0) = (tile.x as usize, tile.y as usize);
     let (x1, y1) = (x0 + tile.rows.first().map_or(0, |r| r.len()), y0 + tile.rows.len());
-    let (background, untouched) = (resolve.background(), resolve.untouched(work.start));
+    let (nothing, untouched) = (job.finish.nothing(), job.finish.pixel(job.resolve.untouched(work.start)));
     for by in (y0 / SIDE * SIDE..y1).step_by(SIDE) {
+        if job.control.is_stopped() {
+            return false;
+        }
         for bx in (x0 / SIDE * SIDE..x1).step_by(SIDE) {
-            if blocks.is_some_and(|m| !m.takes(bx / SIDE, by / SIDE)) || !observer.wants(bx as u32, by as u32) {
+            if job.blocks.is_some_and(|m| !m.takes(bx / SIDE, by / SIDE)) || !observer.wants(bx as u32, by as u32) {
                 continue;
             }
             let (left, right) = (bx.max(x0), (bx + SIDE).min(x1));
@@ -158,13 +171,14 @@ fn render_tile<W: Observer>(
             for y in top..bottom {
                 let pixels = &mut tile.rows[y - y0][left - x0..right - x0];
                 match outcome {
-                    Outcome::Missed => pixels.fill(background),
+                    Outcome::Missed => pixels.fill(nothing),
                     Outcome::Empty => pixels.fill(untouched),
-                    Outcome::Rendered => resolve.row(&batch.pixels, (y - by) * SIDE + (left - bx), pixels, left, y),
+                    Outcome::Rendered => job.resolve.row(job.finish, &batch.pixels, (y - by) * SIDE + (left - bx), pixels, left, y),
                 }
             }
         }
     }
+    true
 }
 
 /// The lanes of a block in some of its columns and rows, one bit each.

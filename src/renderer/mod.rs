@@ -1,27 +1,32 @@
 //! Volume and scene in, picture and statistics out.
+//!
+//! ```text
+//!  scene --> backend (slices, opengl) --layer--> finish: background, warnings, statistics --> picture
+//!              ^ plan    ^ cache: what depends on volume and transfer function
+//! ```
 
-mod adaptive;
-mod frame;
-mod hidden_values;
+pub(crate) mod adaptive;
+mod cache;
+mod finish;
+mod job;
 mod opengl;
-pub(crate) mod refine;
-mod sample;
+mod slices;
+
+#[cfg(test)]
+pub(crate) use finish::OverBackground;
 
 use crate::lanes::{Level, SIDE};
-use crate::opengl::{Texture, TextureKey};
 use crate::picture::Picture;
-use crate::plan::Scaling;
 use crate::proxy::Stack;
 use crate::raster::Observer;
 use crate::scene::{Blend, MAX_SLICES, Method, Scene, Slicing, View};
+use crate::settings::{Control, Stopper};
 use crate::tally::{LeftOut, Tally};
-use crate::volume::packed::Packed;
 use crate::{Error, Result, Settings, Volume};
-pub(crate) use frame::Parts;
-#[cfg(feature = "explain")]
-pub(crate) use frame::start_values;
-use frame::{Clock, RenderJob, TransferData, VolumeData};
+use cache::Cache;
+use job::{Clock, Output, RenderJob};
 use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::sync::Arc;
 
 /// Sides of a tile when the settings leave it open: multiples of the block.
 const TILES: [u32; 4] = [64, 32, 16, 8];
@@ -60,83 +65,164 @@ pub struct RenderStats {
     pub warnings: Vec<String>,
 }
 
-/// Makes pictures of one volume; keeps between frames what depends on volume and transfer function only.
-pub struct Renderer<'v> {
-    volume: &'v Volume,
-    settings: Settings,
-    level: Level,
-    pool: Option<ThreadPool>,
-    volume_data: Option<VolumeData>,
-    /// Latest first: a picture to a tolerance takes several thicknesses of slabs.
-    transfer_data: Vec<TransferData>,
-    /// The profile opengl's texture, and what it was made for.
-    texture: Option<(TextureKey, Texture)>,
+/// Who draws a scene.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Backend {
+    /// Slices through the stages, in tiles, with vectors.
+    Slices,
+    /// OpenGL's fixed functions, fragment by fragment.
+    OpenGl,
 }
 
-impl std::fmt::Debug for Renderer<'_> {
+impl Backend {
+    /// The one that `scene` asks for.
+    fn of(scene: &Scene) -> Self {
+        if scene.opengl().is_some() { Self::OpenGl } else { Self::Slices }
+    }
+}
+
+/// What a backend has drawn, and has to say about it.
+#[derive(Debug, Default)]
+struct Drawn {
+    slices: u64,
+    method: Method,
+    tally: Tally,
+    fetches: u64,
+    /// Name of the vector level.
+    simd: &'static str,
+    left_out: Vec<LeftOut>,
+    error_estimate: Option<f64>,
+    /// Voxels that are NaN or infinite, and what becomes of them.
+    non_finite: usize,
+    non_finite_become: &'static str,
+    /// Warnings to be told before those that every backend's pictures may need, and after.
+    warnings: Vec<String>,
+    late_warnings: Vec<String>,
+}
+
+/// Makes pictures of one volume; keeps between frames what depends on volume and transfer function only.
+///
+/// ```
+/// # fn main() -> slicestack::Result<()> {
+/// use slicestack::volume::phantom::Phantom;
+/// use slicestack::{Renderer, Scene, Settings};
+///
+/// let volume = Phantom::SheppLogan.volume(16)?;
+/// let scene = Scene::new(Phantom::SheppLogan.default_transfer()).with_size(32, 24)?;
+/// let mut renderer = Renderer::new(&volume, Settings::default());
+/// let (picture, stats) = renderer.render(&scene)?;
+/// let mut pixels = vec![[0.0; 4]; 32 * 24]; // of your own: the next frames need no memory
+/// renderer.render_into(&scene, &mut pixels)?;
+/// assert_eq!(picture.pixels(), pixels);
+/// assert_eq!(stats.slices, 256);
+/// # Ok(())
+/// # }
+/// ```
+pub struct Renderer {
+    volume: Arc<Volume>,
+    settings: Settings,
+    level: Level,
+    stopper: Stopper,
+    pool: Option<ThreadPool>,
+    cache: Cache,
+}
+
+impl std::fmt::Debug for Renderer {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Renderer").field("volume", &self.volume.name()).field("settings", &self.settings).finish_non_exhaustive()
     }
 }
 
-impl<'v> Renderer<'v> {
-    /// A renderer for `volume`.
-    pub fn new(volume: &'v Volume, settings: Settings) -> Self {
+impl Renderer {
+    /// A renderer for `volume`: an `Arc<Volume>`, a `Volume`, or a `&Volume`, whose voxels it then shares.
+    pub fn new(volume: impl Into<Arc<Volume>>, settings: Settings) -> Self {
         let level = settings.level.unwrap_or_else(Level::best);
-        Self { volume, settings, level, pool: None, volume_data: None, transfer_data: Vec::new(), texture: None }
+        Self { volume: volume.into(), settings, level, stopper: Stopper::default(), pool: None, cache: Cache::default() }
+    }
+
+    /// The volume that it renders.
+    pub fn volume(&self) -> &Arc<Volume> {
+        &self.volume
+    }
+
+    /// Stops its pictures from another thread.
+    pub fn stopper(&self) -> Stopper {
+        self.stopper.clone()
     }
 
     /// One picture of `scene`, and what it cost.
     ///
     /// # Errors
     /// [`Error::Invalid`] when the scene's camera cannot be resolved for the volume's box or the settings make no sense,
-    /// [`Error::Stopped`] when progress said so.
+    /// [`Error::Stopped`] when progress or a [`Stopper`] said so.
     pub fn render(&mut self, scene: &Scene) -> Result<(Picture, RenderStats)> {
         let (picture, stats, ()) = self.render_observed(scene, ())?;
         Ok((picture, stats))
     }
 
+    /// As [`Renderer::render`], into `pixels` of the caller's: row by row from the top, premultiplied RGBA.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`]; [`Error::Invalid`] when there are not as many pixels as the scene has. What is in `pixels` after an error
+    /// is a part of the picture.
+    pub fn render_into(&mut self, scene: &Scene, pixels: &mut [[f32; 4]]) -> Result<RenderStats> {
+        check_size(scene, pixels)?;
+        Ok(self.pooled(|r| r.render_here(scene, (), pixels))?.0)
+    }
+
     /// As [`Renderer::render`], while `observer` looks on.
-    pub(crate) fn render_observed<W: Observer>(&mut self, scene: &Scene, observer: W) -> Result<(Picture, RenderStats, W)> {
+    pub(crate) fn render_observed<O: Observer>(&mut self, scene: &Scene, observer: O) -> Result<(Picture, RenderStats, O)> {
+        let (width, height) = scene.size();
+        let mut pixels = canvas(width, height)?;
+        let (stats, observer) = self.pooled(|r| r.render_here(scene, observer, &mut pixels))?;
+        Ok((Picture::new(width, height, pixels), stats, observer))
+    }
+
+    /// Does `work` on the renderer's own threads.
+    fn pooled<R: Send>(&mut self, work: impl FnOnce(&mut Self) -> Result<R> + Send) -> Result<R> {
         let pool = match self.pool.take() {
             Some(pool) => pool,
             None => make_pool(self.settings.threads)?,
         };
-        let result = pool.install(|| self.render_here(scene, observer));
+        let result = pool.install(|| work(self));
         self.pool = Some(pool);
+        if matches!(result, Err(Error::Stopped)) {
+            self.stopper.reset();
+        }
         result
     }
 
-    /// As [`Renderer::render_observed`], on the current thread pool.
-    fn render_here<W: Observer>(&mut self, scene: &Scene, observer: W) -> Result<(Picture, RenderStats, W)> {
+    /// Who hears of the work, and who may stop it.
+    fn control(&self) -> Control<'_> {
+        Control { progress: self.settings.progress.as_deref(), stopper: &self.stopper }
+    }
+
+    /// Fills `pixels` with a picture of `scene`, on the current thread pool.
+    fn render_here<O: Observer>(&mut self, scene: &Scene, observer: O, pixels: &mut [[f32; 4]]) -> Result<(RenderStats, O)> {
         if self.settings.tile == Some(0) {
             return Err(Error::invalid("tile 0: a tile has at least one pixel"));
         }
-        if let Some(state) = scene.opengl() {
-            let (picture, stats) = self.draw(scene, state)?;
-            return Ok((picture, stats, observer));
-        }
-        let mut clock = Clock::default();
-        let volume = self.volume;
-        clock.prepare(|| {
-            self.volume_data.get_or_insert_with(|| {
-                let bricks = volume.bricks().clone();
-                let scaling = Scaling::new(volume, &bricks);
-                // Lookups that convert do not read packed voxels.
-                let packed = if scaling.to_f32.is_none() { Packed::new(volume.voxels(), volume.grid().dims()) } else { None };
-                VolumeData { bricks, packed, scaling }
-            });
-        });
-        crate::lean::check(scene, self.volume_data.as_ref().map_or(0, |d| d.bricks.non_finite))?;
+        let clock = Clock::default();
         let (width, height) = scene.size();
-        let view = scene.camera().resolve(volume.grid(), width, height)?;
+        let view = scene.camera().resolve(self.volume.grid(), width, height)?;
+        let mut job = RenderJob { scene, view, clock, observer, output: Output::Picture };
+        let drawn = match Backend::of(scene) {
+            Backend::Slices => self.draw_slices(&mut job, pixels)?,
+            Backend::OpenGl => self.draw_opengl(&mut job, pixels)?,
+        };
+        let times = (job.clock.prepare_seconds, job.clock.start.elapsed().as_secs_f64());
+        Ok((finish::statistics(drawn, times, &self.volume, pixels), job.observer))
+    }
+
+    /// The scene's slices, as many as it says or as an error takes.
+    fn draw_slices<O: Observer>(&mut self, job: &mut RenderJob<'_, O>, pixels: &mut [[f32; 4]]) -> Result<Drawn> {
+        let (width, height) = job.scene.size();
         let mut warnings = Vec::new();
-        let mut pixels = canvas(width, height)?;
-        let mut job = RenderJob { scene, view, clock, observer };
-        let (mut done, mut estimate) = match scene.slicing() {
+        let (mut done, error_estimate) = match job.scene.slicing() {
             Slicing::Tolerance(tolerance) => {
-                let (done, error) = self.reach(&mut job, tolerance, &mut pixels)?;
-                if let Some(why) = doubt(scene.blend(), (width.div_ceil(SIDE as u32) * height.div_ceil(SIDE as u32)).into()) {
+                let (done, error) = self.reach(job, tolerance, pixels)?;
+                let blocks = (width.div_ceil(SIDE as u32) * height.div_ceil(SIDE as u32)).into();
+                if let Some(why) = doubt(job.scene.blend(), blocks) {
                     warnings.push(format!("tolerance {tolerance}: {why}, and the error may be several times the one estimated"));
                 }
                 if error > tolerance {
@@ -147,43 +233,43 @@ impl<'v> Renderer<'v> {
                 }
                 (done, Some(error))
             }
-            Slicing::Count(count) => self.in_slices(&mut job, count, &mut pixels)?,
+            Slicing::Count(count) => self.in_slices(job, count, pixels)?,
             Slicing::Spacing(spacing) => {
-                let count = slice_count(spacing, volume, &job.view)?;
-                self.in_slices(&mut job, count, &mut pixels)?
+                let count = slice_count(spacing, &self.volume, &job.view)?;
+                self.in_slices(job, count, pixels)?
             }
         };
-        let RenderJob { clock, observer, .. } = job;
-        if done.slices == 0 {
-            warnings.push("the whole box lies behind the eye: nothing to see".to_owned());
-        } else if done.counters.fragments + done.counters.corners == 0 {
-            warnings.push("no ray through a pixel meets what camera and clip planes leave of the box: the picture is empty".to_owned());
-        } else if let Some(&first) = pixels.first() {
-            if pixels.iter().all(|&p| p == first) && done.counters.fragments > 0 && pixels.len() > 1 {
-                warnings.push("the picture is of one colour: nothing of the volume shows in it".to_owned());
-            }
-        }
-        let non_finite = self.volume_data.as_ref().map_or(0, |d| d.bricks.non_finite);
-        if non_finite > 0 {
-            warnings.push(format!("{non_finite} of {} voxels are NaN or infinite: transparent", volume.grid().voxel_count()));
-        }
-        let stats = RenderStats {
-            prepare_seconds: clock.prepare_seconds,
-            render_seconds: clock.start.elapsed().as_secs_f64() - clock.prepare_seconds,
+        Ok(Drawn {
             slices: done.slices,
             method: done.method,
-            fragments: done.counters.fragments,
-            fetches: done.counters.fetches,
-            threads: rayon::current_num_threads(),
-            simd: self.level.name(),
             tally: done.tally(),
+            fetches: done.counters.fetches,
+            simd: self.level.name(),
             left_out: done.left_out(),
-            error_estimate: estimate.take(),
-            non_finite_voxels: non_finite,
+            error_estimate,
+            non_finite: self.cache.non_finite(),
+            non_finite_become: "transparent",
             warnings,
-        };
-        Ok((Picture::new(width, height, pixels), stats, observer))
+            late_warnings: Vec::new(),
+        })
     }
+}
+
+/// A volume to be shared: its voxels are not copied.
+impl From<&Volume> for Arc<Volume> {
+    fn from(volume: &Volume) -> Self {
+        Self::new(volume.clone())
+    }
+}
+
+/// # Errors
+/// [`Error::Invalid`] when `pixels` are not as many as `scene` has.
+fn check_size(scene: &Scene, pixels: &[[f32; 4]]) -> Result<()> {
+    let (width, height) = scene.size();
+    if pixels.len() as u64 != u64::from(width) * u64::from(height) {
+        return Err(Error::invalid(format!("{} pixels given for a picture of {width} x {height}", pixels.len())));
+    }
+    Ok(())
 }
 
 /// Fewest blocks of a picture whose error can be told from their differences.

@@ -1,47 +1,47 @@
-//! A picture by way of the fixed-function pipeline.
+//! The backend of OpenGL's fixed functions. It draws over the background, which its framebuffer is cleared to: there is no layer to keep.
 
-use super::frame::{Clock, background};
-use super::{RenderStats, Renderer, canvas, slice_count, tile_side};
+use super::finish::background;
+use super::{Drawn, RenderJob, Renderer, slice_count, tile_side};
 use crate::opengl;
-use crate::picture::Picture;
 use crate::proxy::Stack;
+use crate::raster::Observer;
 use crate::scene::{Classification, Equation, Factor, FogWeighting, OpenGl, Scene, Slicing, TableColors};
 use crate::tally::Tally;
 use crate::{Error, Result};
+use std::sync::Arc;
 
-impl Renderer<'_> {
-    /// One picture of `scene` through the fixed-function pipeline in `state`.
-    pub(super) fn draw(&mut self, scene: &Scene, state: &OpenGl) -> Result<(Picture, RenderStats)> {
+impl Renderer {
+    /// The job's scene through the fixed-function pipeline, into `pixels`.
+    pub(super) fn draw_opengl<O: Observer>(&mut self, job: &mut RenderJob<'_, O>, pixels: &mut [[f32; 4]]) -> Result<Drawn> {
+        let scene = job.scene;
+        let Some(state) = scene.opengl() else { return Err(Error::invalid("the profile opengl without a state")) };
         if self.settings.estimate {
             return Err(Error::invalid("estimate: the profile opengl has the errors of OpenGL; estimate those of the profile accurate"));
         }
-        let mut clock = Clock::default();
-        let volume = self.volume;
+        let volume = Arc::clone(&self.volume);
+        let volume = &*volume;
         opengl::check_matrix(state, volume)?;
-        let (width, height) = scene.size();
-        let view = scene.camera().resolve(volume.grid(), width, height)?;
         let count = match scene.slicing() {
             Slicing::Count(count) => count,
-            Slicing::Spacing(spacing) => slice_count(spacing, volume, &view)?,
+            Slicing::Spacing(spacing) => slice_count(spacing, volume, &job.view)?,
             Slicing::Tolerance(_) => return Err(Error::invalid("slices tolerance: the profile opengl draws a given number of slices")),
         };
-        let stack = Stack::new(volume.grid(), &view, scene.clip_planes(), count);
+        let stack = Stack::new(volume.grid(), &job.view, scene.clip_planes(), count);
         let method = scene.method();
-        let (table, kept) = clock.prepare(|| {
+        let (table, kept) = job.clock.prepare(|| {
             let values = opengl::Values::of(volume);
-            let unit = scene.opacity_unit().unwrap_or_else(|| volume.grid().smallest_spacing());
-            let ratio = if stack.is_empty() { 1.0 } else { stack.spacing / unit };
+            let ratio = if stack.is_empty() { 1.0 } else { stack.spacing / scene.opacity_length(volume.grid()) };
             let table = opengl::Table::new(scene.transfer(), &values, ratio, state, method.target);
             let classified = method.classification == Classification::Pre;
             let key = opengl::TextureKey { format: state.texture, table: classified.then(|| table.clone()) };
-            let kept = match self.texture.take().filter(|t| t.0 == key) {
+            let kept = match self.cache.texture.take().filter(|t| t.0 == key) {
                 Some(kept) => kept,
                 None => {
                     let texture = opengl::Texture::new(volume, &values, &key)?;
                     (key, texture)
                 }
             };
-            Ok::<_, Error>((table, self.texture.insert(kept)))
+            Ok::<_, Error>((table, kept))
         })?;
         let pipeline = opengl::Pipeline {
             state,
@@ -55,40 +55,23 @@ impl Renderer<'_> {
             clear: background(scene),
             target: method.target,
         };
-        let mut pixels = canvas(width, height)?;
-        let fragments = pipeline.draw(
-            &mut pixels,
-            self.settings.tile.unwrap_or_else(|| tile_side(width, height)),
-            self.settings.progress.as_deref(),
-        )?;
-        let non_finite = if volume.voxels().voxel_type().is_float() { volume.statistics().non_finite } else { 0 };
-        let mut warnings = Vec::new();
-        if stack.is_empty() {
-            warnings.push("the whole box lies behind the eye: nothing to see".to_owned());
-        } else if fragments > 0 && pixels.len() > 1 && pixels.iter().all(|p| *p == pixels[0]) {
-            warnings.push("the picture is of one colour: nothing of the volume shows in it".to_owned());
-        }
-        if non_finite > 0 {
-            warnings.push(format!("{non_finite} of {} voxels are NaN or infinite: texels of 0", volume.grid().voxel_count()));
-        }
-        warnings.extend(lit_up(scene, state));
-        warnings.extend(unlike_premultiplied(state, &pixels));
-        let stats = RenderStats {
-            prepare_seconds: clock.prepare_seconds,
-            render_seconds: clock.start.elapsed().as_secs_f64() - clock.prepare_seconds,
+        let (width, height) = scene.size();
+        let drawn = pipeline.draw(pixels, self.settings.tile.unwrap_or_else(|| tile_side(width, height)), self.control());
+        self.cache.texture = Some(kept);
+        let fragments = drawn?;
+        Ok(Drawn {
             slices: stack.count,
             method,
-            fragments,
-            fetches: fragments,
-            threads: rayon::current_num_threads(),
-            simd: "scalar",
             tally: Tally { frames: 1, fragments, looked_up: fragments, ..Tally::default() },
+            fetches: fragments,
+            simd: "scalar",
             left_out: opengl::left_out(scene, state),
             error_estimate: None,
-            non_finite_voxels: non_finite,
-            warnings,
-        };
-        Ok((Picture::new(width, height, pixels), stats))
+            non_finite: if volume.voxels().voxel_type().is_float() { volume.statistics().non_finite } else { 0 },
+            non_finite_become: "texels of 0",
+            warnings: Vec::new(),
+            late_warnings: lit_up(scene, state).into_iter().chain(unlike_premultiplied(state, pixels)).collect(),
+        })
     }
 }
 

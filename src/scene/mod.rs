@@ -11,6 +11,7 @@ mod looks;
 mod method;
 mod opengl;
 pub mod preset;
+mod stage;
 mod transfer;
 
 pub use camera::{Camera, Placement, Projection, View};
@@ -26,6 +27,7 @@ pub use opengl::{
     TextureFormat, Wrap,
 };
 pub use preset::Preset;
+pub use stage::{Fits, Quantity, StageId, StageInfo, StageOption};
 pub use transfer::TransferFunction;
 
 use crate::{Error, Result};
@@ -295,6 +297,18 @@ impl Scene {
 
     /// The scene, if the profile can do what it asks for.
     fn agreed(self) -> Result<Self> {
+        for (stage, option) in StageId::wanted(&self) {
+            let checks = [
+                (self.opengl.is_some(), option.opengl, "the profile opengl"),
+                (self.method.is_pre_integrated(), option.pairs, "pre-integrated classification"),
+                (self.method.merge, option.merging, "slices merge"),
+            ];
+            for (asked, fits, with) in checks {
+                if let (true, Fits::No(why)) = (asked, fits) {
+                    return Err(Error::invalid(format!("{}: does not go together with {with}: {why}", stage.name())));
+                }
+            }
+        }
         let m = &self.method;
         let plain = Method { classification: m.classification, filter: m.filter, target: m.target, ends: m.ends, ..Method::default() };
         if self.opengl.is_none() {
@@ -338,6 +352,11 @@ impl Scene {
         self.opacity_unit
     }
 
+    /// The length that opacities refer to, in world units, for a volume on `grid`.
+    pub fn opacity_length(&self, grid: &crate::volume::Grid) -> f64 {
+        self.opacity_unit.unwrap_or_else(|| grid.smallest_spacing())
+    }
+
     /// How many slices.
     pub fn slicing(&self) -> Slicing {
         self.slicing
@@ -346,6 +365,12 @@ impl Scene {
     /// Which way they are blended.
     pub fn order(&self) -> Order {
         self.order
+    }
+
+    /// The order in which slices are really blended: values are projected nearest first, and the values before and behind a slab
+    /// come in the order of the ray, whatever the scene says.
+    pub fn blending_order(&self) -> Order {
+        if self.blend == Blend::Over && !self.method.is_pre_integrated() { self.order } else { Order::FrontToBack }
     }
 
     /// Transmittance below which a pixel is finished; 0 = never.

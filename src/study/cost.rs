@@ -50,7 +50,7 @@ pub(super) fn measure(volume: &Volume, scene: &Scene, settings: &Settings, slice
 }
 
 /// The shortest of some frames.
-fn timed(of: &str, volume: &Volume, renderer: &mut Renderer<'_>, scene: &Scene, end: f64, clock: &Clock) -> Result<Cost> {
+fn timed(of: &str, volume: &Volume, renderer: &mut Renderer, scene: &Scene, end: f64, clock: &Clock) -> Result<Cost> {
     let (_, first) = renderer.render(scene)?;
     let mut seconds = first.render_seconds;
     for run in 0..9 {

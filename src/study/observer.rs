@@ -2,6 +2,7 @@
 
 use crate::fragment::{Batch, Frame};
 use crate::raster::Observer;
+use crate::scene::StageId;
 use std::time::{Duration, Instant};
 
 /// One batch in so many is timed: a clock takes about as long to read as a short stage to run.
@@ -15,8 +16,8 @@ pub(super) struct StageClock {
     batches: u64,
     last: Option<Instant>,
     timed: u64,
-    /// Name, time, how often.
-    stages: Vec<(&'static str, Duration, u64)>,
+    /// Stage, time, how often.
+    stages: Vec<(StageId, Duration, u64)>,
 }
 
 impl StageClock {
@@ -33,9 +34,9 @@ impl StageClock {
     /// Each stage's mean seconds per batch, batches that do not run it counted in; the clock's own time taken off.
     pub(super) fn per_batch(&self) -> Vec<(&'static str, f64)> {
         let tick = tick();
-        let mean = |&(name, time, runs): &(&'static str, Duration, u64)| {
+        let mean = |&(id, time, runs): &(StageId, Duration, u64)| {
             let seconds = time.as_secs_f64() - runs as f64 * tick;
-            (name, (seconds / self.timed.max(1) as f64).max(0.0))
+            (id.name(), (seconds / self.timed.max(1) as f64).max(0.0))
         };
         self.stages.iter().map(mean).collect()
     }
@@ -70,15 +71,15 @@ impl Observer for StageClock {
         }
     }
 
-    fn stage(&mut self, name: &'static str, _: &Frame<'_>, _: &Batch) {
+    fn stage(&mut self, id: StageId, _: &Frame<'_>, _: &Batch) {
         let Some(last) = self.last else { return };
         let spent = last.elapsed();
-        match self.stages.iter_mut().find(|s| s.0 == name) {
+        match self.stages.iter_mut().find(|s| s.0 == id) {
             Some(stage) => {
                 stage.1 += spent;
                 stage.2 += 1;
             }
-            None => self.stages.push((name, spent, 1)),
+            None => self.stages.push((id, spent, 1)),
         }
         self.last = Some(Instant::now());
     }
@@ -86,13 +87,13 @@ impl Observer for StageClock {
     fn merge(&mut self, other: Self) {
         self.batches += other.batches;
         self.timed += other.timed;
-        for (name, time, runs) in other.stages {
-            match self.stages.iter_mut().find(|s| s.0 == name) {
+        for (id, time, runs) in other.stages {
+            match self.stages.iter_mut().find(|s| s.0 == id) {
                 Some(stage) => {
                     stage.1 += time;
                     stage.2 += runs;
                 }
-                None => self.stages.push((name, time, runs)),
+                None => self.stages.push((id, time, runs)),
             }
         }
     }

@@ -193,7 +193,7 @@ struct Bench<'c> {
 
 impl Bench<'_> {
     /// Pictures of one method: ever more slices, or ever smaller tolerances, for about `share` seconds. Each is made twice.
-    fn series(&self, renderer: &mut Renderer<'_>, scene: &Scene, method: &NamedMethod, share: f64, found: &mut Found) -> Result<()> {
+    fn series(&self, renderer: &mut Renderer, scene: &Scene, method: &NamedMethod, share: f64, found: &mut Found) -> Result<()> {
         let end = self.clock.gone() + share;
         let base = scene.clone().with_method(method.method)?;
         let steps: Vec<(Slicing, Option<f64>)> = if method.tolerance {
@@ -276,7 +276,7 @@ impl Bench<'_> {
 
     /// Makes all pictures again, one after the other and round after round: whatever else the machine does for a while
     /// then falls on all of them alike. The shortest time of each counts.
-    fn repeat(&self, renderer: &mut Renderer<'_>, found: &mut Found) -> Result<()> {
+    fn repeat(&self, renderer: &mut Renderer, found: &mut Found) -> Result<()> {
         for _ in 0..REPEATS {
             for (point, scene) in found.points.iter_mut().zip(&found.scenes) {
                 if self.clock.left(PICTURES) < point.seconds + point.prepare_seconds {

@@ -17,7 +17,7 @@ const SHOWN: [&str; 4] = ["midpoint", "pre-integrated", "second-order", "pre-cla
 /// # Errors
 /// As [`Renderer::render`]; a method that cannot render the scene is left out.
 pub(super) fn measure(
-    renderer: &mut Renderer<'_>,
+    renderer: &mut Renderer,
     scene: &Scene,
     methods: &[&NamedMethod],
     slices: u64,

@@ -1,8 +1,8 @@
 //! Where the rays of a block enter and leave, eight at a time: the slices between, and the lengths of the outermost pieces.
 
-use super::EndPieces;
 use crate::fragment::{PixelBlock, RaySummary};
 use crate::lanes::{BATCH, Kernel, Lanes, SIDE, row_mut};
+use crate::plan::EndPieces;
 
 /// Sides that a block's rays may cross; blocks that cross more are done ray by ray.
 const SIDES: usize = 12;
@@ -32,7 +32,7 @@ pub(super) struct Crossings {
     near: f64,
     per_slice: f64,
     count: f64,
-    outer: EndPieces,
+    ends: EndPieces,
     /// Bound on the rounding error of entries and exits, in slices.
     pub(super) error: f64,
     /// Pixels that belong to the picture and the tile, one bit each.
@@ -40,7 +40,7 @@ pub(super) struct Crossings {
 }
 
 impl Crossings {
-    pub(super) fn new((perspective, near, spacing, count): (bool, f64, f64, u64), outer: EndPieces, inside: u64) -> Self {
+    pub(super) fn new((perspective, near, spacing, count): (bool, f64, f64, u64), ends: EndPieces, inside: u64) -> Self {
         Self {
             sides: [Crossing::default(); SIDES],
             len: 0,
@@ -48,7 +48,7 @@ impl Crossings {
             near,
             per_slice: 1.0 / spacing,
             count: count as f64,
-            outer,
+            ends,
             error: 1e-9,
             inside,
         }
@@ -216,11 +216,11 @@ impl Kernel<Crossings, PixelBlock> for RayEnds {
             let before = L::from_bits(L::lt_d(exit, near_d));
             let last = L::select_i(before, L::sub_i(near, L::splat_i(1)), near);
             let empty = L::bits(L::gt_i(first, last));
-            let between = if w.outer.whole() { 0 } else { empty & L::lt_d(error, L::sub_d(exit, entry)) };
+            let between = if w.ends.whole() { 0 } else { empty & L::lt_d(error, L::sub_d(exit, entry)) };
             let unsettled = hit & (entry_close | exit_close | between);
             let settled = hit & !empty & !unsettled;
             let (first_d, last_d) = (L::to_d(first), L::to_d(last));
-            let (to_first, from_last) = match w.outer {
+            let (to_first, from_last) = match w.ends {
                 EndPieces::Whole | EndPieces::WholeBetween => (L::splat(1.0), L::splat(1.0)),
                 EndPieces::Between => {
                     (L::narrow(L::max_d(L::sub_d(first_d, entry), zero)), L::narrow(L::max_d(L::sub_d(exit, last_d), zero)))

@@ -6,7 +6,7 @@ use crate::lanes::BATCH;
 use crate::proxy::Stack;
 use crate::raster::Observer;
 use crate::reference::{Region, closed, image};
-use crate::scene::{Camera, Placement, Projection, Slicing, TransferFunction};
+use crate::scene::{Camera, Placement, Projection, Slicing, StageId, TransferFunction};
 use crate::volume::{Grid, Voxels};
 use crate::{Error, Picture, RenderStats, Renderer, Result, Scene, Settings, Volume};
 use glam::DVec3;
@@ -36,8 +36,8 @@ impl Observer for Descent {
         self.before = batch.pixels.transmittance;
     }
 
-    fn stage(&mut self, name: &'static str, _: &Frame<'_>, batch: &Batch) {
-        if name == "blend" {
+    fn stage(&mut self, id: StageId, _: &Frame<'_>, batch: &Batch) {
+        if id == StageId::Blend {
             for (before, &t) in self.before.iter_mut().zip(&batch.pixels.transmittance) {
                 // Also false for what is no number.
                 let falls = t <= *before && (0.0..=1.0).contains(&t);

@@ -1,7 +1,9 @@
-//! Sampling a transfer function to a table: how many entries, over which values, and which of them are transparent.
+//! A table over values: how many entries, over which values, and which of them are transparent.
 
+use super::Classify;
+use super::slab::{Slab, color};
 use crate::lanes::LookupTable;
-use crate::scene::{SlabForm, TransferFunction};
+use crate::scene::TransferFunction;
 
 /// Largest difference from the exact function that a table may have, as a share of the strongest slab in it: thin slabs are many,
 /// and their errors add up.
@@ -16,7 +18,7 @@ const FEWEST: usize = 64;
 
 /// Over which values a table runs, and in how many intervals; everything but the thickness of the slab.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Layout {
+pub(crate) struct ValueTable {
     /// Value at the first entry, data units.
     pub(crate) low: f64,
     /// Value at the last entry, data units.
@@ -29,29 +31,7 @@ pub(crate) struct Layout {
     ends: [bool; 2],
 }
 
-/// What a slab is.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Slab {
-    /// Its thickness in reference lengths.
-    pub(crate) ratio: f64,
-    /// What becomes of its extinction.
-    pub(crate) form: SlabForm,
-}
-
-/// Slab colour and opacity at a value: premultiplied, 1 - (1 - a)^ratio; for Riemann's form -ln(1 - a) ratio.
-pub(super) fn color(transfer: &TransferFunction, value: f64, slab: Slab) -> [f64; 4] {
-    let straight = transfer.eval(value);
-    let alpha = match slab.form {
-        SlabForm::Exponential if straight.alpha >= 1.0 => 1.0,
-        SlabForm::Exponential => -libm::expm1(slab.ratio * libm::log1p(-straight.alpha)),
-        // Opacity 1 has no finite extinction; the largest below it has.
-        SlabForm::Riemann => -slab.ratio * libm::log1p(-straight.alpha.min(1.0 - f64::EPSILON / 2.0)),
-    };
-    let [r, g, b] = straight.rgb.map(|c| c * alpha);
-    [r, g, b, alpha]
-}
-
-impl Layout {
+impl ValueTable {
     /// A layout for values in [min, max] through `transfer`, fine enough for slabs like `slab`.
     pub(crate) fn new(transfer: &TransferFunction, (min, max): (f64, f64), slab: Slab) -> Self {
         let knots = transfer.knots();
@@ -104,9 +84,14 @@ impl Layout {
         let worst = knots.iter().copied().chain(middles).map(&mut differ).fold(0.0, f64::max);
         if strongest > 0.0 { worst / strongest } else { 0.0 }
     }
+}
 
-    /// The table for slabs like `slab`.
-    pub(crate) fn table(&self, transfer: &TransferFunction, slab: Slab) -> LookupTable {
+impl Classify for ValueTable {
+    fn range(&self) -> (f64, f64) {
+        (self.low, self.high)
+    }
+
+    fn table(&self, transfer: &TransferFunction, slab: Slab) -> LookupTable {
         if self.high == self.low {
             return LookupTable::new(&[color(transfer, self.low, slab).map(|x| x as f32)]);
         }
@@ -117,13 +102,11 @@ impl Layout {
         LookupTable::new(&colors)
     }
 
-    /// Index of the last entry.
-    pub(crate) fn last(&self) -> usize {
+    fn last(&self) -> usize {
         if self.high == self.low { 0 } else { self.intervals }
     }
 
-    /// Whether any value in [lo, hi] may be opaque in this table; never a false no.
-    pub(crate) fn opaque_within(&self, lo: f64, hi: f64) -> bool {
+    fn may_show(&self, lo: f64, hi: f64) -> bool {
         if lo > hi {
             return false;
         }
@@ -215,6 +198,7 @@ fn gcd(a: u64, b: u64) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::SlabForm;
 
     const ONE: Slab = Slab { ratio: 1.0, form: SlabForm::Exponential };
 
@@ -224,7 +208,7 @@ mod tests {
 
     fn worst(transfer: &TransferFunction, range: (f64, f64), ratio: f64) -> f64 {
         let slab = Slab { ratio, form: SlabForm::Exponential };
-        let layout = Layout::new(transfer, range, slab);
+        let layout = ValueTable::new(transfer, range, slab);
         let table = layout.table(transfer, slab);
         let n = 100_003;
         (0..=n)
@@ -261,7 +245,7 @@ mod tests {
     fn whole_number_knots_fall_on_entries() {
         let points: Vec<(f64, f64)> = (0..256).map(|i| (f64::from(i), f64::from(i * 7919 % 256) / 512.0)).collect();
         let transfer = gray(points.clone());
-        let layout = Layout::new(&transfer, (0.0, 255.0), Slab { ratio: 0.5, form: SlabForm::Exponential });
+        let layout = ValueTable::new(&transfer, (0.0, 255.0), Slab { ratio: 0.5, form: SlabForm::Exponential });
         assert_eq!(layout.intervals % 255, 0);
         assert!(worst(&transfer, (0.0, 255.0), 0.5) < 1.0 / 1024.0);
     }
@@ -269,21 +253,21 @@ mod tests {
     #[test]
     fn transparent_ranges_are_known() {
         let transfer = gray(vec![(100.0, 0.0), (200.0, 0.5), (300.0, 0.0), (500.0, 0.0), (600.0, 0.1)]);
-        let layout = Layout::new(&transfer, (0.0, 1000.0), ONE);
-        assert!(!layout.opaque_within(0.0, 99.0));
-        assert!(layout.opaque_within(0.0, 101.0));
-        assert!(!layout.opaque_within(310.0, 490.0));
-        assert!(layout.opaque_within(250.0, 400.0));
-        assert!(layout.opaque_within(900.0, 1000.0));
-        assert!(!layout.opaque_within(f64::INFINITY, f64::NEG_INFINITY));
+        let layout = ValueTable::new(&transfer, (0.0, 1000.0), ONE);
+        assert!(!layout.may_show(0.0, 99.0));
+        assert!(layout.may_show(0.0, 101.0));
+        assert!(!layout.may_show(310.0, 490.0));
+        assert!(layout.may_show(250.0, 400.0));
+        assert!(layout.may_show(900.0, 1000.0));
+        assert!(!layout.may_show(f64::INFINITY, f64::NEG_INFINITY));
     }
 
     #[test]
     fn data_beyond_every_knot_is_one_color() {
         let transfer = gray(vec![(100.0, 0.3), (200.0, 0.5)]);
-        let above = Layout::new(&transfer, (2000.0, 3000.0), ONE);
+        let above = ValueTable::new(&transfer, (2000.0, 3000.0), ONE);
         assert_eq!(above.table(&transfer, ONE).entries()[0][3], 0.5);
-        let below = Layout::new(&transfer, (-30.0, -20.0), ONE);
+        let below = ValueTable::new(&transfer, (-30.0, -20.0), ONE);
         assert_eq!(below.table(&transfer, ONE).entries()[0][3], 0.3f32);
     }
 }

@@ -1,22 +1,25 @@
 //! Ways to a picture that take more than one frame: extrapolation, an error estimated, an error asked for.
 
+pub(crate) mod refine;
+mod sample;
+
 use super::Renderer;
-use super::frame::{FrameResult, RenderJob};
-use super::refine::{self, Reached};
-use super::sample::{self, Sampled};
+use super::job::{FrameResult, RenderJob};
 use crate::plan::{Planned, Saving};
 use crate::proxy::Stack;
 use crate::raster::{BlockMask, Observer};
 use crate::scene::{Blend, Classification, MAX_SLICES, Method, Scene};
 use crate::{Error, Result};
+use refine::Reached;
+use sample::Sampled;
 
-impl Renderer<'_> {
+impl Renderer {
     /// `pixels` in `count` slices as the scene's method says; and the RMS error of red, green and blue, where settings ask for it.
     pub(super) fn in_slices<W: Observer>(
         &mut self,
         job: &mut RenderJob<'_, W>,
         count: u64,
-        pixels: &mut Vec<[f32; 4]>,
+        pixels: &mut [[f32; 4]],
     ) -> Result<(FrameResult, Option<f64>)> {
         let method = crate::plan::method(job.scene);
         let terminate = job.scene.terminate();
@@ -29,19 +32,19 @@ impl Renderer<'_> {
         };
         let mut done = self.frame(job, count, terminate, None, pixels)?;
         if method.extrapolate {
-            let before = pixels.clone();
+            let before = pixels.to_vec();
             let mut coarse = before.clone();
             done.add(&self.frame(job, finer(count)?, terminate, None, pixels)?);
             extrapolate(&mut coarse, pixels, method);
             // On real data the series is not smooth, and what is extrapolated may be no better than the pictures it came from.
             let error = self.settings.estimate.then(|| rms(&before, pixels));
-            *pixels = coarse;
+            pixels.copy_from_slice(&coarse);
             return Ok((done, error));
         }
         if !self.settings.estimate {
             return Ok((done, None));
         }
-        let mut fine = pixels.clone();
+        let mut fine = pixels.to_vec();
         // Ending pixels early is an error too.
         done.cost(&self.frame(job, finer(count)?, terminate * LATER, None, &mut fine)?);
         Ok((done, Some(rms(pixels, &fine) * share(method))))
@@ -54,7 +57,7 @@ impl Renderer<'_> {
         &mut self,
         job: &mut RenderJob<'_, W>,
         tolerance: f64,
-        pixels: &mut Vec<[f32; 4]>,
+        pixels: &mut [[f32; 4]],
     ) -> Result<(FrameResult, f64)> {
         let second = Method { classification: Classification::SecondOrder, ..job.scene.method() };
         let free = job.scene.method() == Method::default() && job.scene.blend() == Blend::Over;
@@ -83,7 +86,8 @@ impl Renderer<'_> {
         work: impl FnOnce(&mut Self, &mut RenderJob<'_, W>) -> R,
     ) -> R {
         let scene = scene.unwrap_or(job.scene);
-        let mut other = RenderJob { scene, view: job.view, clock: std::mem::take(&mut job.clock), observer: job.observer.fresh() };
+        let mut other =
+            RenderJob { scene, view: job.view, clock: std::mem::take(&mut job.clock), observer: job.observer.fresh(), output: job.output };
         let result = work(self, &mut other);
         job.clock = other.clock;
         job.observer.merge(other.observer);
@@ -95,7 +99,7 @@ impl Renderer<'_> {
         &mut self,
         job: &mut RenderJob<'_, W>,
         tolerance: f64,
-        pixels: &mut Vec<[f32; 4]>,
+        pixels: &mut [[f32; 4]],
         other: Option<Method>,
     ) -> Result<Option<(FrameResult, f64)>> {
         let grid = self.volume.grid();
@@ -107,7 +111,7 @@ impl Renderer<'_> {
         let values = !matches!(job.scene.blend(), Blend::Over | Blend::Add);
         let first_order = values || crate::plan::method(job.scene).order() == 1;
         let parts = std::cell::RefCell::new((self, job, None::<FrameResult>));
-        let render = |count: u64, blocks: Option<&BlockMask>, pixels: &mut Vec<[f32; 4]>| {
+        let render = |count: u64, blocks: Option<&BlockMask>, pixels: &mut [[f32; 4]]| {
             let (renderer, job, done) = &mut *parts.borrow_mut();
             let part = renderer.frame(job, count, terminate, blocks, pixels)?;
             match done {
@@ -123,9 +127,10 @@ impl Renderer<'_> {
             Some(all) => all.cost(&part),
             none => *none = Some(part),
         };
-        let sample = |count: u64, blocks: &BlockMask, pixels: &mut Vec<[f32; 4]>| {
+        let sample = |count: u64, blocks: &BlockMask, pixels: &mut [[f32; 4]]| {
             let (renderer, job, _) = &mut *parts.borrow_mut();
-            let mut some = RenderJob { scene: job.scene, view: job.view, clock: std::mem::take(&mut job.clock), observer: () };
+            let mut some =
+                RenderJob { scene: job.scene, view: job.view, clock: std::mem::take(&mut job.clock), observer: (), output: job.output };
             let part = renderer.frame(&mut some, count, terminate, Some(blocks), pixels);
             job.clock = some.clock;
             cost(part?);
@@ -138,7 +143,8 @@ impl Renderer<'_> {
             let scene = job.scene.clone().with_method(method)?;
             let mut fine = vec![[0.0; 4]; width * height];
             let mut coarse = fine.clone();
-            let mut trial = RenderJob { scene: &scene, view: job.view, clock: std::mem::take(&mut job.clock), observer: () };
+            let mut trial =
+                RenderJob { scene: &scene, view: job.view, clock: std::mem::take(&mut job.clock), observer: (), output: job.output };
             let frames = renderer
                 .frame(&mut trial, count / 2, terminate, Some(blocks), &mut coarse)
                 .and_then(|a| Ok([a, renderer.frame(&mut trial, count, terminate, Some(blocks), &mut fine)?]));

@@ -5,74 +5,21 @@
 //!            .   o   . | o   o   o | .   o   . |     one stands for a slab so many times as thick, with a table of its own
 //! ```
 
-use super::block::March;
-use super::observer::Observer;
-use super::skip::BOXES;
-use crate::fragment::Frame;
-use crate::lanes::{BATCH, Kernel, Lanes, Level, SIDE, row};
-use crate::plan::CHANGES;
+use super::March;
+use crate::lanes::{BATCH, SIDE};
+use crate::plan::Merging;
+use crate::raster::observer::Observer;
+use crate::skip::{BOXES, MERGED};
 
-/// Slabs that become one, and the largest change of a slab's colour and opacity there, times the root mean square of what the block's
-/// pixels let through: as a share of the strongest slab's opacity, or of [`STRONG`] where that is less.
-///
-/// A share, and not a number: as slabs get thinner, or a scene fainter, changes shrink, and so must those that do not matter, or all of
-/// them would be merged and the error be that of a third or a ninth of the slices. From a half to twice these values the lookups for the
-/// same error are about the same; much smaller ones find fewer places, much larger ones cost more in error than they save.
-pub(crate) const THICK: [(i64, f32); 2] = [(3, 0.08), (9, 0.006)];
-/// Opacity of slabs that count as strong: of stronger ones hardly any light comes from behind.
-const STRONG: f32 = 0.5;
 /// The fewest slabs that become one.
-pub(super) const THREE: i64 = THICK[0].0;
+const THREE: i64 = MERGED[0];
 /// The most.
-pub(super) const NINE: i64 = THICK[1].0;
-
-/// What a frame needs to take several slabs for one.
-pub(crate) struct Merging<'f, 'v> {
-    /// The frame with tables for slabs so many times as thick as [`THICK`] says.
-    frames: &'f [Frame<'v>; 2],
-    /// The largest change of a slab's colour and opacity in bricks of each class, as a share of the strongest slab's opacity.
-    changes: [f32; CHANGES],
-    /// The largest that is merged.
-    most: [f32; 2],
-    /// See [`LetThrough`].
-    let_through: fn(&[f32; BATCH], &mut f32),
-}
-
-impl<'f, 'v> Merging<'f, 'v> {
-    /// `change` tells the largest change of a slab's colour and opacity in bricks of a class, as a share of `strongest`, the strongest slab's
-    /// opacity.
-    pub(crate) fn new(frames: &'f [Frame<'v>; 2], change: impl Fn(usize) -> f32, strongest: f32, level: Level) -> Self {
-        let most = THICK.map(|(_, share)| share * (STRONG / strongest).min(1.0));
-        Self { frames, changes: std::array::from_fn(change), most, let_through: level.kernel::<LetThrough, _, _>() }
-    }
-
-    /// The largest change in bricks of `class`.
-    fn change(&self, class: u8) -> f32 {
-        self.changes.get(usize::from(class)).copied().unwrap_or(f32::INFINITY)
-    }
-}
-
-/// Root mean square of the transmittance of a block's pixels.
-struct LetThrough;
-
-impl Kernel<[f32; BATCH], f32> for LetThrough {
-    #[inline(always)]
-    fn run<L: Lanes>(transmittance: &[f32; BATCH], mean: &mut f32) {
-        let mut squares = L::splat(0.0);
-        for r in 0..SIDE {
-            let t = L::load(row(transmittance, r));
-            squares = L::add(squares, L::mul(t, t));
-        }
-        let mut sums = [0.0; SIDE];
-        L::store(squares, &mut sums);
-        *mean = (sums.iter().sum::<f32>() / BATCH as f32).sqrt();
-    }
-}
+const NINE: i64 = MERGED[1];
 
 impl<'f, 'v, W: Observer> March<'_, 'f, 'v, W> {
     /// Slices `from..to` of a coarse run, nearest first, several as one where that will do; `classes` tells what shows in its runs. False
     /// when every pixel is finished.
-    pub(super) fn merging(&mut self, merging: &Merging<'f, 'v>, (from, to): (i64, i64), classes: &[u8]) -> bool {
+    pub(super) fn merging(&mut self, merging: &'f Merging<'v>, (from, to): (i64, i64), classes: &[u8]) -> bool {
         let slices = self.work.runs.slices;
         let run = |k: i64| (k / slices - from / slices) as usize;
         let mut k = from;
@@ -103,11 +50,11 @@ impl<'f, 'v, W: Observer> March<'_, 'f, 'v, W> {
         true
     }
 
-    /// Slices from `k` on, as many as [`THICK`] says at place `N`, as one, if that will do where something of `class` shows.
-    fn merged<const N: usize>(&mut self, merging: &Merging<'f, 'v>, k: i64, class: u8) -> bool {
-        let (count, most) = (THICK[N].0, merging.most[N]);
+    /// Slices from `k` on, as many as [`MERGED`] says at place `N`, as one, if that will do where something of `class` shows.
+    fn merged<const N: usize>(&mut self, merging: &'f Merging<'v>, k: i64, class: u8) -> bool {
+        let (count, most) = (MERGED[N], merging.most[N]);
         let whole = k >= self.range.whole.0 && k + count - 1 <= self.range.whole.1;
-        if !(whole && self.hardly_shows(merging, merging.change(class), most)) {
+        if !(whole && self.hardly_shows(merging.change(class), most)) {
             return false;
         }
         self.one(k + count / 2, &merging.frames[N]);
@@ -141,7 +88,7 @@ impl<'f, 'v, W: Observer> March<'_, 'f, 'v, W> {
     }
 
     /// Whether a change of colour and opacity is below `most` behind what the block's pixels have gathered.
-    fn hardly_shows(&mut self, merging: &Merging<'f, 'v>, change: f32, most: f32) -> bool {
+    fn hardly_shows(&mut self, change: f32, most: f32) -> bool {
         // No pixel lets more than all light through.
         if change <= most {
             return true;
@@ -150,7 +97,7 @@ impl<'f, 'v, W: Observer> March<'_, 'f, 'v, W> {
             return false;
         }
         if self.through.is_nan() {
-            (merging.let_through)(&self.batch.pixels.transmittance, &mut self.through);
+            (self.work.let_through)(&self.batch.pixels.transmittance, &mut self.through);
         }
         change * self.through <= most
     }

@@ -10,8 +10,9 @@
 //! slab of one value; where the transfer function bends sharply inside intervals such slabs are classified by their mean value, in
 //! a table as fine as it takes, and there is a smooth change from one to the other.
 
-use super::Slab;
-use super::table::{Layout, TABLE_ERROR};
+use super::Classify;
+use super::slab::{Slab, color};
+use super::value::{TABLE_ERROR, ValueTable, aligned};
 use crate::lanes::LookupTable;
 use crate::scene::TransferFunction;
 use rayon::prelude::*;
@@ -34,7 +35,7 @@ pub(crate) struct PairTable {
     /// Extinction times reference length, and that times colour, at the middles of `PARTS` parts of each interval.
     parts: Vec<[f64; 4]>,
     /// Where the transfer function bends too sharply for these entries: values on their own, for slabs within an interval.
-    fine: Option<Layout>,
+    fine: Option<ValueTable>,
     /// Count of intervals with any opacity before interval i, one longer than there are intervals.
     opaque: Vec<u32>,
     /// Whether values at or below the first entry, and at or above the last, have any opacity.
@@ -88,9 +89,9 @@ impl PairTable {
             (low, high) = (min - 0.5, min + 0.5);
         }
         let inner: Vec<f64> = knots.iter().copied().filter(|&k| k > low && k < high).collect();
-        let whole = super::table::aligned(&inner, low, high).unwrap_or(INTERVALS);
+        let whole = aligned(&inner, low, high).unwrap_or(INTERVALS);
         let mut intervals = if whole <= 2 * INTERVALS { whole * (INTERVALS / whole).max(1) } else { INTERVALS };
-        let sharp = |intervals| Layout::error(transfer, &inner, low, high, intervals, slab) > TABLE_ERROR;
+        let sharp = |intervals| ValueTable::error(transfer, &inner, low, high, intervals, slab) > TABLE_ERROR;
         if sharp(intervals) && intervals <= INTERVALS {
             intervals *= 2;
         }
@@ -109,49 +110,9 @@ impl PairTable {
             let (a, b) = (low + i as f64 * width, low + (i + 1) as f64 * width);
             opaque.push(opaque[i] + u32::from(transfer.opaque_within(a, b)));
         }
-        let fine = sharp(intervals).then(|| Layout::new(transfer, (low, high), slab));
+        let fine = sharp(intervals).then(|| ValueTable::new(transfer, (low, high), slab));
         let beyond = |value: f64, knot: f64| transfer.eval(value).alpha > 0.0 || transfer.eval(knot).alpha > 0.0;
         Self { low, high, intervals, parts, fine, opaque, ends: [beyond(low, first.min(low)), beyond(high, last.max(high))] }
-    }
-
-    /// Value at the first entry along each side, data units.
-    pub(crate) fn low(&self) -> f64 {
-        self.low
-    }
-
-    /// Value at the last entry along each side, data units.
-    pub(crate) fn high(&self) -> f64 {
-        self.high
-    }
-
-    /// Index of the last entry along each side.
-    pub(crate) fn last(&self) -> usize {
-        self.intervals
-    }
-
-    /// The layout of values on their own, where slabs within an interval are classified by their mean.
-    pub(crate) fn fine(&self) -> Option<&Layout> {
-        self.fine.as_ref()
-    }
-
-    /// The table for slabs like `slab`: entry (i,j) stands at i (entries per row) + j, front value first.
-    pub(crate) fn table(&self, transfer: &TransferFunction, slab: Slab) -> LookupTable {
-        let side = self.intervals + 1;
-        let diagonals: Vec<Vec<[[f32; 4]; 2]>> = (1..side).into_par_iter().map(|d| self.diagonal(d, slab.ratio)).collect();
-        let mut entries = vec![[0.0; 4]; side * side];
-        for i in 0..side {
-            let value =
-                if i == self.intervals { self.high } else { self.low + i as f64 * ((self.high - self.low) / self.intervals as f64) };
-            entries[i * side + i] = super::table::color(transfer, value, slab).map(|x| x as f32);
-        }
-        for (d, diagonal) in diagonals.iter().enumerate() {
-            for (i, &[up, down]) in diagonal.iter().enumerate() {
-                let j = i + d + 1;
-                entries[i * side + j] = up;
-                entries[j * side + i] = down;
-            }
-        }
-        LookupTable::new(&entries)
     }
 
     /// Entries (i, i+d) and (i+d, i) for all i.
@@ -195,9 +156,42 @@ impl PairTable {
             })
             .collect()
     }
+}
 
-    /// Whether a slab between values in [lo, hi] may be opaque; never a false no.
-    pub(crate) fn opaque_within(&self, lo: f64, hi: f64) -> bool {
+impl Classify for PairTable {
+    fn range(&self) -> (f64, f64) {
+        (self.low, self.high)
+    }
+
+    fn last(&self) -> usize {
+        self.intervals
+    }
+
+    fn fine(&self) -> Option<&ValueTable> {
+        self.fine.as_ref()
+    }
+
+    /// Entry (i,j) stands at i (entries per row) + j, front value first.
+    fn table(&self, transfer: &TransferFunction, slab: Slab) -> LookupTable {
+        let side = self.intervals + 1;
+        let diagonals: Vec<Vec<[[f32; 4]; 2]>> = (1..side).into_par_iter().map(|d| self.diagonal(d, slab.ratio)).collect();
+        let mut entries = vec![[0.0; 4]; side * side];
+        for i in 0..side {
+            let value =
+                if i == self.intervals { self.high } else { self.low + i as f64 * ((self.high - self.low) / self.intervals as f64) };
+            entries[i * side + i] = color(transfer, value, slab).map(|x| x as f32);
+        }
+        for (d, diagonal) in diagonals.iter().enumerate() {
+            for (i, &[up, down]) in diagonal.iter().enumerate() {
+                let j = i + d + 1;
+                entries[i * side + j] = up;
+                entries[j * side + i] = down;
+            }
+        }
+        LookupTable::new(&entries)
+    }
+
+    fn may_show(&self, lo: f64, hi: f64) -> bool {
         if lo > hi {
             return false;
         }
@@ -281,9 +275,9 @@ mod tests {
     fn transparent_pairs_are_known() {
         let [_, spike, _] = transfers();
         let pairs = PairTable::new(&spike, (0.0, 255.0), ONE);
-        assert!(!pairs.opaque_within(0.0, 90.0));
-        assert!(pairs.opaque_within(90.0, 110.0));
-        assert!(pairs.opaque_within(0.0, 255.0));
-        assert!(!pairs.opaque_within(120.0, 255.0));
+        assert!(!pairs.may_show(0.0, 90.0));
+        assert!(pairs.may_show(90.0, 110.0));
+        assert!(pairs.may_show(0.0, 255.0));
+        assert!(!pairs.may_show(120.0, 255.0));
     }
 }

@@ -47,8 +47,8 @@ pub(crate) fn sample(
     tolerance: f64,
     (first, first_order): (u64, bool),
     (width, height): (usize, usize),
-    scratch: &mut Vec<[f32; 4]>,
-    mut render: impl FnMut(u64, &BlockMask, &mut Vec<[f32; 4]>) -> Result<()>,
+    scratch: &mut [[f32; 4]],
+    mut render: impl FnMut(u64, &BlockMask, &mut [[f32; 4]]) -> Result<()>,
     mut other: impl FnMut(u64, &BlockMask, f64) -> Result<bool>,
 ) -> Result<Sampled> {
     let mut mask = BlockMask::none(width, height);
@@ -167,7 +167,7 @@ mod tests {
         let mask = BlockMask::none(SIZE.0, SIZE.1);
         let mut scratch = vec![[0.0; 4]; SIZE.0 * SIZE.1];
         let mut work = 0;
-        let render = |count: u64, blocks: &BlockMask, pixels: &mut Vec<[f32; 4]>| {
+        let render = |count: u64, blocks: &BlockMask, pixels: &mut [[f32; 4]]| {
             for (i, p) in pixels.iter_mut().enumerate() {
                 if blocks.takes(i % SIZE.0 / SIDE, i / SIZE.0 / SIDE) {
                     work += count;
@@ -203,7 +203,7 @@ mod tests {
         assert_eq!(run(1e-4, |b| if b == 0 { 1e5 } else { 1.0 }).0, Sampled::Unsure);
         assert_eq!(run(1e-4, |b| if b < 100 { 30.0 } else { 0.0 }).0, Sampled::Unsure);
         let mut few = vec![[0.0; 4]; 64 * 64];
-        let none = |_: u64, _: &BlockMask, _: &mut Vec<[f32; 4]>| panic!("nothing to look at");
+        let none = |_: u64, _: &BlockMask, _: &mut [[f32; 4]]| panic!("nothing to look at");
         assert_eq!(sample(1e-3, (64, false), (64, 64), &mut few, none, |_, _, _| Ok(false)).unwrap(), Sampled::Unsure);
     }
 

@@ -6,26 +6,13 @@
 //!   --|---------|--------|--------|---------|-------|-->    pieces: entry to f, f to f+1, ..., l to exit
 //! ```
 
-use super::block::March;
-use super::block_transform::BlockTransform;
-use super::observer::Observer;
-use super::ray_intervals::EndPieces;
-use crate::fragment::{BEHIND, Batch, Frame, Stage};
+use super::March;
+use crate::fragment::{BEHIND, Batch, Frame};
 use crate::lanes::{BATCH, SIDE};
-use crate::lean::extra;
+use crate::plan::{EndPieces, PairStages};
+use crate::raster::block_transform::BlockTransform;
+use crate::raster::observer::Observer;
 use std::array;
-
-/// Stages of the lookups besides the slices'.
-pub(crate) struct PairStages<'v> {
-    /// Slices before its own that a slab's classification looks at: 1, or 2 of second order.
-    pub(crate) lookback: i64,
-    /// From texture coordinates to values that the next slice finds.
-    pub(crate) keep: Vec<Stage<'v>>,
-    /// From texture coordinates, already there, to values.
-    pub(crate) fetch: Stage<'v>,
-    /// From values to pixels, for the pieces behind the last slices.
-    pub(crate) exit: Vec<Stage<'v>>,
-}
 
 /// Which values of earlier slices a block has at hand.
 #[derive(Debug, Clone, Copy, Default)]
@@ -80,13 +67,13 @@ impl<'v, W: Observer> March<'_, '_, 'v, W> {
             self.history.entries = true;
             let depths = self.depths(|first, _, pixels, i| {
                 // With whole slabs at the ends, a ray's first piece has the value of its first slice throughout.
-                let piece = if self.work.outer == EndPieces::WholeBetween { 0.0 } else { f64::from(pixels.first_length[i]) };
+                let piece = if self.work.ends == EndPieces::WholeBetween { 0.0 } else { f64::from(pixels.first_length[i]) };
                 first - piece
             });
             self.fetch_each(&depths, work);
             self.batch.pixels.entry = self.batch.sample.value;
             if work.lookback > 1 {
-                let whole = self.work.outer == EndPieces::WholeBetween;
+                let whole = self.work.ends == EndPieces::WholeBetween;
                 let first = self.depths(|first, _, pixels, i| first - if whole { 0.0 } else { 0.5 * f64::from(pixels.first_length[i]) });
                 self.fetch_each(&first, work);
                 self.batch.pixels.middle[0] = self.batch.sample.value;
@@ -119,7 +106,7 @@ impl<'v, W: Observer> March<'_, '_, 'v, W> {
     pub(super) fn after_pairs(&mut self, work: &PairStages<'v>) {
         let frame = self.work.frame;
         let left = &self.batch.pixels.transmittance;
-        if self.work.outer == EndPieces::WholeBetween || !left.iter().any(|&t| t >= frame.blend.terminate) {
+        if self.work.ends == EndPieces::WholeBetween || !left.iter().any(|&t| t >= frame.blend.terminate) {
             return;
         }
         let lasts = self.depths(|_, last, _, _| last);
@@ -147,7 +134,7 @@ impl<'v, W: Observer> March<'_, '_, 'v, W> {
             let (x, y) = (self.window.0 + (i % SIDE) as f64, self.window.1 + (i / SIDE) as f64);
             let sure = self.batch.pixels.doubt >> i & 1 == 0;
             mask |= u64::from(first <= last && (sure || self.work.stack.covers(last as u64, x, y))) << i;
-            if let Some(fog) = extra(self.work.fog) {
+            if let Some(fog) = self.work.fog {
                 let middle = 0.5 * (lasts[i] + exits[i]);
                 let along = middle * f64::from(self.batch.pixels.slant[i]);
                 let z = if self.work.radial { (along * along + f64::from(self.batch.pixels.plane_squared[i])).sqrt() } else { middle };
@@ -163,7 +150,7 @@ impl<'v, W: Observer> March<'_, '_, 'v, W> {
         self.observer.slice(frame, self.batch);
         for stage in &work.exit {
             (stage.run)(frame, self.batch);
-            self.observer.stage(stage.name, frame, self.batch);
+            self.observer.stage(stage.id, frame, self.batch);
         }
     }
 

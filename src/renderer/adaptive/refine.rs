@@ -80,13 +80,13 @@ pub(crate) fn refine(
     tolerance: f64,
     (first, first_order): (u64, bool),
     width: usize,
-    pixels: &mut Vec<[f32; 4]>,
-    mut render: impl FnMut(u64, Option<&BlockMask>, &mut Vec<[f32; 4]>) -> Result<()>,
+    pixels: &mut [[f32; 4]],
+    mut render: impl FnMut(u64, Option<&BlockMask>, &mut [[f32; 4]]) -> Result<()>,
     mut other: impl FnMut(u64, &BlockMask, f64) -> Result<bool>,
 ) -> Result<Option<Reached>> {
     let mask = BlockMask::none(width, pixels.len() / width);
     let target = target(tolerance, pixels.len());
-    let mut coarse = pixels.clone();
+    let mut coarse = pixels.to_vec();
     render(first, None, &mut coarse)?;
     render(2 * first, None, pixels)?;
     let mut blocks = Blocks {
@@ -245,7 +245,7 @@ mod tests {
         let mask = BlockMask::none(64, 64);
         let mut pixels = vec![[0.0; 4]; 64 * 64];
         let mut work = 0;
-        let render = |count: u64, blocks: Option<&BlockMask>, pixels: &mut Vec<[f32; 4]>| {
+        let render = |count: u64, blocks: Option<&BlockMask>, pixels: &mut [[f32; 4]]| {
             for (i, p) in pixels.iter_mut().enumerate() {
                 let b = mask.block_of_pixel(i);
                 if blocks.is_none_or(|m| m.takes(i % 64 / 8, i / 64 / 8)) {
@@ -291,7 +291,7 @@ mod tests {
         assert_eq!(mask.len(), 1);
         let mut pixels = vec![[0.0; 4]; 64];
         let mut most = 0;
-        let render = |n: u64, _: Option<&BlockMask>, p: &mut Vec<[f32; 4]>| {
+        let render = |n: u64, _: Option<&BlockMask>, p: &mut [[f32; 4]]| {
             most = n;
             p.fill([if n.trailing_zeros() % 2 == 0 { 0.1 } else { 0.2 }; 4]);
             Ok(())

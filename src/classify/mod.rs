@@ -1,0 +1,70 @@
+//! Classification: from values to the colour and opacity of slabs, by table; and what a brick of values may show.
+//!
+//! | file | a table over | used for |
+//! |---|---|---|
+//! | `value.rs` | the value of a slab | midpoint slabs, pre-classified voxels, projections |
+//! | `pair.rs` | the values on both sides of a slab | pre-integrated slabs |
+//!
+//! Another way to classify (a value and its gradient, a label) is a file here that implements [`Classify`], and a variant of [`Classifier`];
+//! a stage in `fragment` then looks its table up.
+
+mod change;
+mod pair;
+mod slab;
+mod value;
+
+pub(crate) use change::{CHANGES, ChangeClasses, most as most_change, strongest};
+pub(crate) use pair::PairTable;
+pub(crate) use slab::Slab;
+pub(crate) use value::ValueTable;
+
+use crate::lanes::LookupTable;
+use crate::scene::TransferFunction;
+use std::ops::Deref;
+
+/// What every way of classifying tells a plan.
+pub(crate) trait Classify {
+    /// Values at the first and last entry of the table, data units.
+    fn range(&self) -> (f64, f64);
+
+    /// Index of the last entry, along each side.
+    fn last(&self) -> usize;
+
+    /// A second table, over the mean values of slabs within an interval of the first, where there is one.
+    fn fine(&self) -> Option<&ValueTable> {
+        None
+    }
+
+    /// The table for slabs like `slab`.
+    fn table(&self, transfer: &TransferFunction, slab: Slab) -> LookupTable;
+
+    /// Whether anything may show of a field that stays within `[lo, hi]`, data units: what a brick is asked. Never a false no.
+    fn may_show(&self, lo: f64, hi: f64) -> bool;
+}
+
+/// How a frame classifies: everything but the thickness of its slabs.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Classifier {
+    /// By the value of a slab.
+    Value(ValueTable),
+    /// By the values on both sides of a slab.
+    Pair(PairTable),
+}
+
+impl Classifier {
+    /// A classifier for values in `range` through `transfer`; by `pairs` of values, or one by one.
+    pub(crate) fn new(transfer: &TransferFunction, range: (f64, f64), slab: Slab, pairs: bool) -> Self {
+        if pairs { Self::Pair(PairTable::new(transfer, range, slab)) } else { Self::Value(ValueTable::new(transfer, range, slab)) }
+    }
+}
+
+impl Deref for Classifier {
+    type Target = dyn Classify;
+
+    fn deref(&self) -> &Self::Target {
+        match self {
+            Self::Value(table) => table,
+            Self::Pair(table) => table,
+        }
+    }
+}

@@ -1,0 +1,196 @@
+//! What a frame needs, decided before anything is prepared for it.
+
+use super::scaling::Scaling;
+use crate::lean::{LEAN, extra};
+use crate::proxy::Stack;
+use crate::scene::{
+    Accumulation, Blend, Classification, Ends, Filter, Fits, Fog, FogDistance, Method, Order, Scene, SlabForm, StageId, Target,
+};
+use crate::volume::Volume;
+
+/// What a frame needs, decided before the first pixel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Needs {
+    pub(crate) blend: BlendKind,
+    pub(crate) order: Order,
+    pub(crate) terminate: bool,
+    pub(crate) guard: bool,
+    pub(crate) fog: Option<FogDistance>,
+    pub(crate) perspective: bool,
+    pub(crate) far: bool,
+    pub(crate) skip: bool,
+    /// Whether several slabs may become one.
+    pub(crate) merge: bool,
+    pub(crate) method: Method,
+    /// Whether sums are compensated.
+    pub(crate) compensated: bool,
+    /// What the outermost pieces of rays are.
+    pub(crate) ends: EndPieces,
+}
+
+/// [`Blend`] without its numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum BlendKind {
+    Over,
+    Add,
+    Max,
+    Min,
+    Average,
+    Lmip,
+    Iso,
+}
+
+impl Needs {
+    /// What `scene` needs of a frame of `stack`, of a volume `with_holes` (some voxels are NaN or infinite) or without.
+    pub(crate) fn new(scene: &Scene, stack: &Stack, with_holes: bool, terminate: f32) -> Self {
+        let blend = match scene.blend() {
+            Blend::Over => BlendKind::Over,
+            Blend::Add => BlendKind::Add,
+            Blend::Mip => BlendKind::Max,
+            Blend::Min => BlendKind::Min,
+            Blend::Average => BlendKind::Average,
+            Blend::Lmip { .. } => BlendKind::Lmip,
+            Blend::Iso { .. } => BlendKind::Iso,
+        };
+        let colors = matches!(blend, BlendKind::Over | BlendKind::Add);
+        let method = method(scene);
+        let order = scene.blending_order();
+        let compensated = match method.accumulation {
+            _ if method.slab == SlabForm::Riemann || method.target == Target::Unorm8 => false,
+            Accumulation::Auto => stack.count >= Accumulation::MANY,
+            Accumulation::Plain => false,
+            Accumulation::Compensated => true,
+        };
+        let everywhere = StageId::wanted(scene).any(|(_, option)| (option.shows_in_empty_space)(scene));
+        let skip = colors && !everywhere;
+        let ends = match (method.is_pre_integrated(), method.ends) {
+            (false, Ends::Partial) => EndPieces::Partial,
+            (false, Ends::Whole) => EndPieces::Whole,
+            (true, Ends::Partial) => EndPieces::Between,
+            (true, Ends::Whole) => EndPieces::WholeBetween,
+        };
+        Self {
+            blend,
+            order,
+            // Riemann's transmittance may pass below zero and come back.
+            terminate: blend == BlendKind::Over && order == Order::FrontToBack && terminate > 0.0 && method.slab != SlabForm::Riemann,
+            guard: with_holes,
+            fog: extra(scene.fog()).filter(|_| colors).map(Fog::distance),
+            perspective: stack.perspective,
+            far: spans_far(stack),
+            skip,
+            // What shows in empty space adds light slice by slice; and what is NaN changes in any way.
+            merge: method.merge && skip && !with_holes,
+            method,
+            compensated: compensated && blend == BlendKind::Over,
+            ends,
+        }
+    }
+
+    /// Whether fragments become colours before they are blended.
+    pub(crate) fn colors(&self) -> bool {
+        matches!(self.blend, BlendKind::Over | BlendKind::Add)
+    }
+
+    /// Whether slabs lie between two values.
+    pub(crate) fn pairs(&self) -> bool {
+        self.method.is_pre_integrated() && self.colors() && !LEAN
+    }
+
+    /// How voxels are loaded.
+    pub(crate) fn lookup(&self, volume: &Volume, packed: bool, scaling: &Scaling) -> Lookup {
+        match (self.method.filter, self.method.classification) {
+            (Filter::Nearest, _) => return Lookup::Nearest,
+            (Filter::Linear, Classification::Pre) => return Lookup::Corners,
+            (Filter::Linear, _) => {}
+        }
+        // Pairs along x need two voxels there.
+        let pairs = !self.far && scaling.to_f32.is_none() && volume.grid().dims()[0] > 1;
+        match volume.voxels().voxel_type().bytes() {
+            1 | 2 if pairs && packed => Lookup::Packed,
+            1 | 2 | 4 if pairs => Lookup::Pairs,
+            _ => Lookup::Single,
+        }
+    }
+}
+
+/// What the lengths of a ray's outermost pieces are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum EndPieces {
+    /// From the box's face to the far side of the first slab; likewise at the other end.
+    Partial,
+    /// Whole slabs.
+    Whole,
+    /// From the box's face to the first slice, and from the last slice to the box's face: slabs lie between slices.
+    Between,
+    /// Whole slabs that end at their slices.
+    WholeBetween,
+}
+
+impl EndPieces {
+    /// Whether the outermost pieces are as long as any other.
+    pub(crate) fn whole(self) -> bool {
+        matches!(self, Self::Whole | Self::WholeBetween)
+    }
+
+    /// Whether slabs end at their slices.
+    pub(crate) fn between(self) -> bool {
+        matches!(self, Self::Between | Self::WholeBetween)
+    }
+}
+
+/// How the voxels around a fragment are loaded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Lookup {
+    /// The nearest voxel alone.
+    Nearest,
+    /// Eight voxels one by one, to be classified before they are interpolated.
+    Corners,
+    /// Voxels packed with their neighbours along y: two loads bring all eight.
+    Packed,
+    /// Neighbours along x together: four loads.
+    Pairs,
+    /// Eight voxels one by one.
+    Single,
+}
+
+impl Lookup {
+    /// Loads for the eight voxels around a fragment.
+    pub(crate) fn loads(self) -> u64 {
+        match self {
+            Self::Packed => 2,
+            Self::Pairs => 4,
+            Self::Nearest | Self::Corners | Self::Single => 8,
+        }
+    }
+}
+
+/// The scene's method where it matters: projections of values have no slabs.
+pub(crate) fn method(scene: &Scene) -> Method {
+    let method = scene.method();
+    match scene.blend() {
+        // Farthest first, nobody knows how much light a slab's comes through; and a stage may have to see every slab.
+        Blend::Over => {
+            let fits = StageId::wanted(scene).all(|(_, option)| option.merging == Fits::Yes);
+            Method { merge: method.merge && fits && scene.order() == Order::FrontToBack, ..method }
+        }
+        // Nothing is hidden, so nothing is rounded on the way.
+        Blend::Add => Method { target: Target::F32, merge: false, ..method },
+        _ => Method { filter: method.filter, ends: method.ends, sample: method.sample, ..Method::default() },
+    }
+}
+
+/// Whether the cells of one batch may lie 2^24 voxels apart or more: the batch's extent in the worst place of the picture.
+fn spans_far(stack: &Stack) -> bool {
+    let scale = if stack.perspective { stack.far.abs().max(stack.near.abs()) } else { 1.0 };
+    let mut voxels = 0.0;
+    let mut stride = 1.0;
+    for axis in 0..3 {
+        let f = stack.index[axis];
+        let extent = (7.0 * (f.b.abs() + f.c.abs()) * scale + 3.0).min(stack.dims[axis] as f64);
+        voxels += extent * stride;
+        stride *= stack.dims[axis] as f64;
+    }
+    // Packed voxels lie up to a sixteenth further apart.
+    voxels * 1.0625 >= f64::from(1 << 24)
+}

@@ -1,0 +1,120 @@
+//! What is made once for a volume, or for a volume and a transfer function, and kept between frames.
+
+use super::Scaling;
+use super::scaling::value_range;
+use crate::classify::{ChangeClasses, Classifier, Classify, Slab, strongest};
+use crate::lanes::LookupTable;
+use crate::scene::TransferFunction;
+use crate::skip::{BrickClasses, MERGED, Runs, SkipTable};
+use crate::volume::Volume;
+use crate::volume::bricks::Bricks;
+use crate::volume::packed::Packed;
+use std::sync::Arc;
+
+/// What depends on the volume alone.
+#[derive(Debug)]
+pub(crate) struct VolumeData {
+    /// Least and greatest value of each brick.
+    pub(crate) bricks: Arc<Bricks>,
+    /// 8- and 16-bit voxels packed with their neighbours, where there is room.
+    pub(crate) packed: Option<Packed>,
+    /// How stored values become numbers.
+    pub(crate) scaling: Scaling,
+}
+
+impl VolumeData {
+    /// All of it for `volume`.
+    pub(crate) fn new(volume: &Volume) -> Self {
+        let bricks = volume.bricks().clone();
+        let scaling = Scaling::new(volume, &bricks);
+        // Lookups that convert do not read packed voxels.
+        let packed = if scaling.to_f32.is_none() { Packed::new(volume.voxels(), volume.grid().dims()) } else { None };
+        Self { bricks, packed, scaling }
+    }
+}
+
+/// What tables depend on besides the volume.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct TransferKey {
+    /// From values to colour and opacity per reference length.
+    pub(crate) transfer: TransferFunction,
+    /// Thickness of the slabs.
+    pub(crate) slab: Slab,
+    /// Whether the table is over pairs of values.
+    pub(crate) pairs: bool,
+}
+
+/// What depends on the volume, the transfer function and the thickness of slabs.
+#[derive(Debug)]
+pub(crate) struct TransferData {
+    /// What it was made for.
+    pub(crate) key: TransferKey,
+    /// How values are classified.
+    pub(crate) classifier: Classifier,
+    /// Colour and opacity of slabs.
+    pub(crate) table: Arc<LookupTable>,
+    /// A table over values on their own, beside one over pairs.
+    pub(crate) fine: Option<Arc<LookupTable>>,
+    /// What bricks show: 0 nothing, 1 something.
+    pub(crate) bricks: Arc<BrickClasses>,
+}
+
+impl TransferData {
+    /// Tables for `key`, and what the bricks of `volume` show. What `others` hold for another thickness serves again where it does not
+    /// depend on it.
+    pub(crate) fn new<'o>(key: TransferKey, volume: &Volume, bricks: &Bricks, mut others: impl Iterator<Item = &'o Self>) -> Self {
+        let (min, max) = bricks.range;
+        let range = if min <= max { value_range(volume, min, max) } else { (0.0, 0.0) };
+        let TransferKey { transfer, slab, pairs } = &key;
+        let classifier = Classifier::new(transfer, range, *slab, *pairs);
+        let table = Arc::new(classifier.table(transfer, *slab));
+        let fine = classifier.fine().map(|layout| Arc::new(layout.table(transfer, *slab)));
+        let bricks = match others.find(|o| o.classifier == classifier) {
+            Some(same) => same.bricks.clone(),
+            None => Arc::new(BrickClasses::new(bricks, |low, high| {
+                let (low, high) = value_range(volume, low, high);
+                u8::from(classifier.may_show(low, high))
+            })),
+        };
+        Self { key, classifier, table, fine, bricks }
+    }
+}
+
+/// What slabs several times as thick need: see [`MERGED`].
+#[derive(Debug)]
+pub(crate) struct MergedData {
+    /// Tables for slabs so many times as thick.
+    pub(crate) tables: [Arc<LookupTable>; 2],
+    /// Opacity of the strongest plain slab.
+    pub(crate) strongest: f32,
+    /// How much colour and opacity change in bricks.
+    pub(crate) bricks: BrickClasses,
+}
+
+impl MergedData {
+    /// What it takes to make one slab of several like those of `data`; nothing where values come in pairs.
+    pub(crate) fn new(data: &TransferData, volume: &Volume, bricks: &Bricks) -> Option<Self> {
+        let Classifier::Value(layout) = &data.classifier else { return None };
+        let changes = ChangeClasses::new(&data.table, layout.range(), layout.last());
+        let bricks = BrickClasses::new(bricks, |low, high| {
+            let (low, high) = value_range(volume, low, high);
+            // Classes are too coarse to tell what shows from what does not.
+            if layout.may_show(low, high) { changes.class(low, high).max(1) } else { 0 }
+        });
+        let Slab { ratio, form } = data.key.slab;
+        let tables = MERGED.map(|count| Arc::new(layout.table(&data.key.transfer, Slab { ratio: count as f64 * ratio, form })));
+        Some(Self { tables, strongest: strongest(&data.table), bricks })
+    }
+}
+
+/// Where a plan gets what is kept between frames; what is not there yet is made.
+pub(crate) trait Prepared {
+    /// Tables for `key`.
+    fn transfer(&mut self, key: TransferKey) -> Arc<TransferData>;
+
+    /// What it takes to make one slab of several like those of `data`; nothing where that cannot be.
+    fn merged(&mut self, data: &TransferData) -> Option<Arc<MergedData>>;
+
+    /// What bricks show of `data` (of slabs that are `merged`, how much changes there), in windows for `runs`.
+    fn skip_table(&mut self, data: &TransferData, merged: Option<&MergedData>, runs: &Runs) -> Arc<SkipTable>;
+}

@@ -1,0 +1,109 @@
+//! What all blocks of a frame share: the plan, by reference, and the kernels of the geometry.
+
+use super::block_transform::BlockTransform;
+use super::ray_intervals::RayIntervals;
+use crate::fragment::{Frame, Stage};
+use crate::lanes::{BATCH, Kernel, Lanes, Level, SIDE, row};
+use crate::lean::extra;
+use crate::plan::{EndPieces, FramePlan, Merging, PairStages};
+use crate::proxy::Stack;
+use crate::scene::{Fog, Order};
+use crate::skip::{BoxClasses, BoxQuery, QueryBoxes, Runs, SkipTable, Windows};
+
+/// A plan at work.
+pub(crate) struct Work<'f, 'v> {
+    pub(super) frame: &'f Frame<'v>,
+    pub(super) stack: &'f Stack,
+    /// What depends on the slice alone.
+    pub(super) fog: Option<&'f Fog>,
+    pub(super) order: Order,
+    pub(super) skip_table: Option<&'f SkipTable>,
+    pub(super) runs: Runs,
+    /// Asks about boxes of runs, and of coarse runs.
+    query: [fn(&BoxQuery<'f>, &mut BoxClasses); 2],
+    pub(super) span: Stage<'v>,
+    pub(super) whole: &'f [Stage<'v>],
+    pub(super) partial: &'f [Stage<'v>],
+    pub(super) start: [f32; 4],
+    pub(super) compensated: bool,
+    pub(super) ends: EndPieces,
+    pub(super) radial: bool,
+    pub(super) pairs: Option<&'f PairStages<'v>>,
+    pub(super) merging: Option<&'f Merging<'v>>,
+    /// See [`LetThrough`].
+    pub(super) let_through: fn(&[f32; BATCH], &mut f32),
+    /// Where in its slab a value is taken, in slabs from its middle.
+    sample: f64,
+    /// Vectors of the geometry.
+    level: Level,
+}
+
+impl<'f, 'v> Work<'f, 'v> {
+    /// `plan` at work.
+    pub(crate) fn new(plan: &'f FramePlan<'v>) -> Self {
+        let level = plan.level;
+        Self {
+            frame: &plan.frame,
+            stack: &plan.stack,
+            fog: plan.fog(),
+            order: plan.needs.order,
+            skip_table: plan.skip_table.as_deref(),
+            runs: plan.runs,
+            query: [level.kernel::<QueryBoxes<false>, _, _>(), level.kernel::<QueryBoxes<true>, _, _>()],
+            span: plan.stages.span,
+            whole: &plan.stages.whole,
+            partial: &plan.stages.partial,
+            start: plan.start,
+            compensated: plan.needs.compensated,
+            ends: plan.needs.ends,
+            radial: plan.radial(),
+            pairs: extra(plan.stages.pairs.as_ref()),
+            merging: extra(plan.merging.as_ref()),
+            let_through: level.kernel::<LetThrough, _, _>(),
+            sample: plan.sample,
+            level,
+        }
+    }
+
+    /// Where the rays of blocks enter and leave.
+    pub(super) fn ray_intervals(&self) -> RayIntervals<'f> {
+        RayIntervals::new(self.stack, self.radial, self.ends, self.level)
+    }
+
+    /// Depth at which slice `k` takes its values.
+    pub(super) fn sampled(&self, k: i64) -> f64 {
+        self.stack.near + (k as f64 + 0.5 + self.sample) * self.stack.spacing
+    }
+
+    /// Asks what `count` runs of `slices` slices can touch, the first of them from slice `first` on.
+    pub(super) fn query_boxes(
+        &self,
+        transform: &BlockTransform,
+        windows: &'f Windows,
+        (first, slices): (i64, i64),
+        count: usize,
+        classes: &mut BoxClasses,
+    ) {
+        let near = self.sampled(first - self.runs.back);
+        let far = self.sampled(first + slices - 1);
+        let query = transform.boxes(windows, (near, far), slices as f64 * self.stack.spacing, count);
+        (self.query[usize::from(windows.holds_flags())])(&query, classes);
+    }
+}
+
+/// Root mean square of the transmittance of a block's pixels.
+struct LetThrough;
+
+impl Kernel<[f32; BATCH], f32> for LetThrough {
+    #[inline(always)]
+    fn run<L: Lanes>(transmittance: &[f32; BATCH], mean: &mut f32) {
+        let mut squares = L::splat(0.0);
+        for r in 0..SIDE {
+            let t = L::load(row(transmittance, r));
+            squares = L::add(squares, L::mul(t, t));
+        }
+        let mut sums = [0.0; SIDE];
+        L::store(squares, &mut sums);
+        *mean = (sums.iter().sum::<f32>() / BATCH as f32).sqrt();
+    }
+}

@@ -1,0 +1,145 @@
+//! The last step, the same for every backend: layers over the background, warnings, statistics.
+
+use super::{Drawn, RenderStats};
+use crate::raster::Finish;
+use crate::scene::{Blend, Fog, FogWeighting, Method, Premultiplied, Scene, SlabForm, Straight};
+use crate::volume::Volume;
+use std::array;
+
+/// Layers stay layers.
+pub(super) struct AsLayer;
+
+impl Finish for AsLayer {
+    fn nothing(&self) -> [f32; 4] {
+        [0.0, 0.0, 0.0, 1.0]
+    }
+
+    #[inline(always)]
+    fn pixel(&self, layer: [f32; 4]) -> [f32; 4] {
+        layer
+    }
+}
+
+/// What sums of slabs may come to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Most {
+    /// This: weights of slabs add up to 1, and their roundings to a hair more.
+    Bounded(f32),
+    /// Anything, of which the largest number there is stands for more, and 0 for NaN.
+    Unbounded,
+}
+
+/// Layers become pictures over the scene's background.
+pub(crate) struct OverBackground {
+    background: [f32; 4],
+    most: Most,
+}
+
+impl OverBackground {
+    /// The background of `scene`, whose rays are integrated by `method`.
+    pub(crate) fn new(scene: &Scene, method: &Method) -> Self {
+        let Premultiplied { rgb, alpha } = background(scene);
+        let [r, g, b] = rgb.map(|c| c as f32);
+        // Literal fog is added whatever a fragment's opacity.
+        let literal = scene.fog().is_some_and(|f| f.weighting() == FogWeighting::Literal);
+        let most = match scene.blend() {
+            Blend::Over if method.slab != SlabForm::Exponential => Most::Unbounded,
+            Blend::Over if !literal => Most::Bounded(1.0),
+            _ => Most::Bounded(f32::INFINITY),
+        };
+        Self { background: [r, g, b, alpha as f32], most }
+    }
+}
+
+impl Finish for OverBackground {
+    fn nothing(&self) -> [f32; 4] {
+        self.background
+    }
+
+    fn pixel(&self, layer: [f32; 4]) -> [f32; 4] {
+        let mut out = [[0.0; 4]];
+        self.row(|_| layer, &mut out);
+        out[0]
+    }
+
+    #[inline(always)]
+    fn row(&self, layer: impl Fn(usize) -> [f32; 4], out: &mut [[f32; 4]]) {
+        // Opacity 1 - t (1 - b) as 1 + t (b - 1): the same sum as the colours', which vectors like.
+        let [r, g, b, alpha] = self.background;
+        let back = [r, g, b, alpha - 1.0];
+        let over = |[r, g, b, t]: [f32; 4]| {
+            let mut sums = [r, g, b, 1.0];
+            for (sum, back) in sums.iter_mut().zip(back) {
+                *sum += t * back;
+            }
+            sums
+        };
+        match self.most {
+            Most::Bounded(most) => {
+                for (n, out) in out.iter_mut().enumerate() {
+                    *out = over(layer(n)).map(|c| if c > most { most } else { c });
+                }
+            }
+            Most::Unbounded => {
+                for (n, out) in out.iter_mut().enumerate() {
+                    *out = over(layer(n)).map(|c| if c.is_nan() { 0.0 } else { c.clamp(f32::MIN, f32::MAX) });
+                }
+            }
+        }
+    }
+}
+
+/// The background, fogged as from infinitely far where the scene asks for it.
+pub(super) fn background(scene: &Scene) -> Premultiplied {
+    let color = scene.background();
+    let straight = match scene.fog().filter(|_| scene.fogged_background()) {
+        Some(fog) => fogged(color, fog),
+        None => color,
+    };
+    straight.premultiply()
+}
+
+fn fogged(color: Straight, fog: &Fog) -> Straight {
+    let f = fog.factor(f64::MAX);
+    let rgb = array::from_fn(|c| f * color.rgb[c] + (1.0 - f) * fog.color()[c]);
+    Straight { rgb, alpha: color.alpha }
+}
+
+/// What the user should hear about a picture, one line each: first what the backend has to say.
+fn warnings(drawn: &mut Drawn, volume: &Volume, pixels: &[[f32; 4]]) -> Vec<String> {
+    let mut warnings = std::mem::take(&mut drawn.warnings);
+    let fragments = drawn.tally.fragments;
+    if drawn.slices == 0 {
+        warnings.push("the whole box lies behind the eye: nothing to see".to_owned());
+    } else if fragments + drawn.tally.corners == 0 {
+        warnings.push("no ray through a pixel meets what camera and clip planes leave of the box: the picture is empty".to_owned());
+    } else if fragments > 0 && pixels.len() > 1 && pixels.iter().all(|&p| p == pixels[0]) {
+        warnings.push("the picture is of one colour: nothing of the volume shows in it".to_owned());
+    }
+    if drawn.non_finite > 0 {
+        let (count, all) = (drawn.non_finite, volume.grid().voxel_count());
+        warnings.push(format!("{count} of {all} voxels are NaN or infinite: {}", drawn.non_finite_become));
+    }
+    warnings.append(&mut drawn.late_warnings);
+    warnings
+}
+
+/// The statistics of a picture.
+pub(super) fn statistics(mut drawn: Drawn, (prepare_seconds, seconds): (f64, f64), volume: &Volume, pixels: &[[f32; 4]]) -> RenderStats {
+    let warnings = warnings(&mut drawn, volume, pixels);
+    RenderStats {
+        prepare_seconds,
+        render_seconds: seconds - prepare_seconds,
+        slices: drawn.slices,
+        method: drawn.method,
+        fragments: drawn.tally.fragments,
+        fetches: drawn.fetches,
+        threads: rayon::current_num_threads(),
+        simd: drawn.simd,
+        tally: drawn.tally,
+        left_out: drawn.left_out,
+        error_estimate: drawn.error_estimate,
+        non_finite_voxels: drawn.non_finite,
+        warnings,
+    }
+}

@@ -1,0 +1,98 @@
+//! The backend of slices: one frame, so many slices of a scene, into pixels.
+
+use super::finish::{AsLayer, OverBackground};
+use super::job::{FrameResult, Output, RenderJob};
+use super::{Renderer, tile_side};
+use crate::Result;
+use crate::lanes::SIDE;
+use crate::plan::{FramePlan, Subject};
+use crate::proxy::Stack;
+use crate::raster::{BlockMask, Finish, Job, Observer, Resolve, Work, render_tiles};
+use crate::scene::{Scene, Slicing};
+use crate::tally::Counters;
+use std::sync::Arc;
+
+/// What a frame is to hold.
+#[derive(Debug, Clone)]
+pub(super) struct Request<'r> {
+    pub(super) stack: Stack,
+    /// Transmittance at which pixels end.
+    pub(super) terminate: f32,
+    /// Blocks of the picture, all of them without a mask.
+    pub(super) blocks: Option<&'r BlockMask>,
+}
+
+impl Renderer {
+    /// Fills `pixels` with the scene in `count` slices, pixels ending at transmittance `terminate`; with a mask, its blocks alone.
+    pub(super) fn frame<O: Observer>(
+        &mut self,
+        job: &mut RenderJob<'_, O>,
+        count: u64,
+        terminate: f32,
+        blocks: Option<&BlockMask>,
+        pixels: &mut [[f32; 4]],
+    ) -> Result<FrameResult> {
+        let stack = Stack::new(self.volume.grid(), &job.view, job.scene.clip_planes(), count);
+        self.requested(job, Request { stack, terminate, blocks }, pixels)
+    }
+
+    /// Fills `pixels` with what `request` asks for.
+    pub(super) fn requested<O: Observer>(
+        &mut self,
+        job: &mut RenderJob<'_, O>,
+        request: Request<'_>,
+        pixels: &mut [[f32; 4]],
+    ) -> Result<FrameResult> {
+        let (scene, volume) = (job.scene, Arc::clone(&self.volume));
+        let data = self.cache.volume_data(&volume, &mut job.clock);
+        crate::lean::check(scene, data.bricks.non_finite)?;
+        let Request { stack, terminate, blocks } = request;
+        let subject = Subject { scene, volume: &volume, data: &data, stack, terminate, level: self.level, observed: O::OBSERVES };
+        let mut plan = FramePlan::new(subject, &mut self.cache.keeper(&volume, &data, &mut job.clock));
+        let planned = std::mem::take(&mut plan.left_out);
+        let counters = match job.output {
+            Output::Picture => self.execute(job, &plan, blocks, &OverBackground::new(scene, &plan.needs.method), pixels)?,
+            Output::Layer => self.execute(job, &plan, blocks, &AsLayer, pixels)?,
+        };
+        let visible_share = plan.visible_share;
+        Ok(FrameResult { counters, frames: 1, slices: plan.stack.count, planned, method: scene.method(), visible_share })
+    }
+
+    /// Executes `plan`.
+    fn execute<O: Observer>(
+        &self,
+        job: &mut RenderJob<'_, O>,
+        plan: &FramePlan<'_>,
+        blocks: Option<&BlockMask>,
+        finish: &impl Finish,
+        pixels: &mut [[f32; 4]],
+    ) -> Result<Counters> {
+        if plan.stack.is_empty() {
+            pixels.fill(finish.nothing());
+            return Ok(Counters::default());
+        }
+        let side = self.settings.tile.unwrap_or_else(|| tile_side(plan.stack.view.width, plan.stack.view.height));
+        // What becomes one depends on all of a block's pixels: no tile may cut one.
+        let side = if plan.needs.merge { side.next_multiple_of(SIDE as u32) } else { side };
+        let resolve = Resolve::new(job.scene, plan);
+        let tiles = Job { resolve: &resolve, finish, side, blocks, control: self.control(), observer: &job.observer };
+        let (counters, seen) = render_tiles(&Work::new(plan), &tiles, pixels)?;
+        job.observer.merge(seen);
+        Ok(counters)
+    }
+
+    /// The plan of a frame of `scene`, which has to count its slices, as an observer sees it.
+    pub(crate) fn plan(&mut self, scene: &Scene) -> Option<FramePlan<'_>> {
+        let Slicing::Count(count) = scene.slicing() else { return None };
+        let (width, height) = scene.size();
+        let view = scene.camera().resolve(self.volume.grid(), width, height).ok()?;
+        let stack = Stack::new(self.volume.grid(), &view, scene.clip_planes(), count);
+        let mut clock = super::job::Clock::default();
+        self.cache.volume_data(&self.volume, &mut clock);
+        let super::cache::Cache { volume: data, entries, .. } = &mut self.cache;
+        let data = data.as_deref()?;
+        let subject = Subject { scene, volume: &self.volume, data, stack, terminate: scene.terminate(), level: self.level, observed: true };
+        let mut keeper = super::cache::Keeper { entries, volume: &self.volume, data, clock: &mut clock };
+        Some(FramePlan::new(subject, &mut keeper))
+    }
+}

@@ -1,0 +1,239 @@
+//! The stages that fragments go through, each declared once.
+//!
+//! A stage is a step that 64 fragments take together: see `fragment`. Every room that has to know of one reads this list: the plan (which
+//! stages run, and what is said of those that do not), the checks of a [`Scene`], the record and the page of `explain`, the OpenGL
+//! profile. The kernel of a stage is in `fragment`, its twin in `reference`; both match on [`StageId`] without a wildcard, so that a stage
+//! without a kernel or without a twin does not compile.
+//!
+//! To add a stage that scenes may ask for: a variant here with its [`StageInfo`], a setting in [`Scene`], its key in the scene file, its kernel
+//! in `fragment`, its twin in `reference`.
+
+use super::{FogWeighting, Scene};
+
+/// A stage, in the order that fragments go through them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[non_exhaustive]
+pub enum StageId {
+    /// Which fragments a slice covers, and how long their pieces of the ray are.
+    Span,
+    /// Where in the volume fragments lie.
+    Texcoord,
+    /// Voxels around a fragment, interpolated.
+    Fetch,
+    /// Fragments whose value is NaN or infinite are not covered.
+    Guard,
+    /// Values are kept for the next slice, without colours.
+    Keep,
+    /// From values to premultiplied colour and opacity of slabs.
+    Classify,
+    /// Opacity for the true length of a piece of the ray.
+    Correct,
+    /// Fog between the eye and a fragment.
+    Fog,
+    /// Fragments that are not covered become transparent.
+    Mask,
+    /// Fragments are added to what their pixels have gathered.
+    Blend,
+}
+
+/// What a stage may set in a batch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[non_exhaustive]
+pub enum Quantity {
+    /// Whether the fragment is covered.
+    Covered,
+    /// Length of its piece of the ray, in slabs.
+    Length,
+    /// The cell of eight voxels that it lies in.
+    Cell,
+    /// Where in its cell it lies, 0 to 1 along each axis.
+    Weight,
+    /// The interpolated value.
+    Value,
+    /// Premultiplied colour of its slab.
+    Color,
+    /// Opacity of its slab.
+    Alpha,
+    /// Colour that its pixel has gathered.
+    Sum,
+    /// Transmittance left to its pixel.
+    Transmittance,
+}
+
+/// Whether a stage goes together with something, or why it does not.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fits {
+    /// It does.
+    Yes,
+    /// It does not, for this reason.
+    No(&'static str),
+}
+
+/// Everything about a stage but its kernel and its twin.
+#[derive(Debug, Clone, Copy)]
+#[non_exhaustive]
+pub struct StageInfo {
+    /// Its name on the teaching page, in reports and benches.
+    pub name: &'static str,
+    /// What it does, one sentence, for the teaching page.
+    pub about: &'static str,
+    /// What it sets.
+    pub sets: &'static [Quantity],
+    /// What a stage that scenes ask for answers for itself; `None` for stages that the plan places by itself.
+    pub option: Option<StageOption>,
+}
+
+/// What a stage that scenes may ask for answers for itself.
+#[derive(Debug, Clone, Copy)]
+pub struct StageOption {
+    /// Whether a scene asks for it.
+    pub wanted: fn(&Scene) -> bool,
+    /// Why it is left out of scenes that do not ask for it.
+    pub absent: &'static str,
+    /// Whether it runs where values are projected (mip, average, ...), and colours are not blended.
+    pub projections: Fits,
+    /// Whether one slab may stand for three or nine in its scenes: whether what it does to a thick slab is what it does to thin ones.
+    pub merging: Fits,
+    /// Whether it runs on slabs between two values (pre-integrated).
+    pub pairs: Fits,
+    /// Whether the profile opengl draws it.
+    pub opengl: Fits,
+    /// Whether it makes something show where classification shows nothing, so that empty space cannot be skipped.
+    pub shows_in_empty_space: fn(&Scene) -> bool,
+}
+
+impl StageId {
+    /// All stages, in their order.
+    pub const ALL: [Self; 10] = [
+        Self::Span,
+        Self::Texcoord,
+        Self::Fetch,
+        Self::Guard,
+        Self::Keep,
+        Self::Classify,
+        Self::Correct,
+        Self::Fog,
+        Self::Mask,
+        Self::Blend,
+    ];
+
+    /// Everything about the stage.
+    pub const fn info(self) -> StageInfo {
+        use Quantity::{Alpha, Cell, Color, Covered, Length, Sum, Transmittance, Value, Weight};
+        match self {
+            Self::Span => StageInfo {
+                name: "span",
+                about: "compares the slice with the first and last slice of each pixel's ray",
+                sets: &[Covered, Length],
+                option: None,
+            },
+            Self::Texcoord => StageInfo {
+                name: "texcoord",
+                about: "finds the cell of eight voxels that each fragment lies in, and where in it",
+                sets: &[Cell, Weight],
+                option: None,
+            },
+            Self::Fetch => StageInfo {
+                name: "fetch",
+                about: "loads the voxels around each fragment and interpolates between them",
+                sets: &[Value],
+                option: None,
+            },
+            Self::Guard => StageInfo {
+                name: "guard",
+                about: "leaves out fragments whose value is NaN or infinite",
+                sets: &[Value, Covered],
+                option: None,
+            },
+            Self::Keep => {
+                StageInfo { name: "keep", about: "keeps the values of a slice for the slab behind it", sets: &[Value], option: None }
+            }
+            Self::Classify => StageInfo {
+                name: "classify",
+                about: "looks colour and opacity of the slab up in the transfer function's table",
+                sets: &[Color, Alpha],
+                option: None,
+            },
+            Self::Correct => StageInfo {
+                name: "correct",
+                about: "turns the opacity of a slab into that of the true length of the ray's piece",
+                sets: &[Color, Alpha],
+                option: None,
+            },
+            Self::Fog => StageInfo {
+                name: "fog",
+                about: "mixes the colour with the fog's, the more the farther away",
+                sets: &[Color],
+                option: Some(StageOption {
+                    wanted: |scene| scene.fog().is_some(),
+                    absent: "the scene has none",
+                    projections: Fits::No("values are projected, colours are not blended"),
+                    merging: Fits::Yes,
+                    pairs: Fits::Yes,
+                    opengl: Fits::Yes,
+                    // Literal fog adds its colour whatever a fragment's opacity: that is its mistake, and it is reproduced.
+                    shows_in_empty_space: |scene| scene.fog().is_some_and(|f| f.weighting() == FogWeighting::Literal),
+                }),
+            },
+            Self::Mask => StageInfo {
+                name: "mask",
+                about: "makes fragments that the slice does not cover transparent",
+                sets: &[Color, Alpha],
+                option: None,
+            },
+            Self::Blend => StageInfo {
+                name: "blend",
+                about: "adds the slab's colour, dimmed by what lies before it, to the pixel",
+                sets: &[Sum, Transmittance],
+                option: None,
+            },
+        }
+    }
+
+    /// Its name.
+    pub const fn name(self) -> &'static str {
+        self.info().name
+    }
+
+    /// Stages that scenes may ask for, and what they answer for themselves.
+    pub fn options() -> impl Iterator<Item = (Self, StageOption)> {
+        Self::ALL.into_iter().filter_map(|id| id.info().option.map(|option| (id, option)))
+    }
+
+    /// The stages that `scene` asks for.
+    pub fn wanted(scene: &Scene) -> impl Iterator<Item = (Self, StageOption)> + '_ {
+        Self::options().filter(|(_, option)| (option.wanted)(scene))
+    }
+}
+
+impl Quantity {
+    /// Its name in records.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Covered => "covered",
+            Self::Length => "length",
+            Self::Cell => "cell",
+            Self::Weight => "weight",
+            Self::Value => "value",
+            Self::Color => "color",
+            Self::Alpha => "alpha",
+            Self::Sum => "sum",
+            Self::Transmittance => "transmittance",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stages_are_in_order_and_have_names_of_their_own() {
+        assert!(StageId::ALL.windows(2).all(|w| w[0] < w[1]));
+        let mut names: Vec<&str> = StageId::ALL.iter().map(|id| id.name()).collect();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), StageId::ALL.len());
+        assert!(StageId::ALL.iter().all(|id| !id.info().about.is_empty() && !id.info().sets.is_empty()));
+    }
+}
