@@ -95,7 +95,7 @@ pub use error::{Error, Result};
 pub use picture::Picture;
 #[cfg(feature = "encoders")]
 pub use picture::{Depth, Format};
-pub use renderer::{RenderStats, Renderer, render};
+pub use renderer::{Layer, Pass, RenderStats, Renderer, render};
 pub use scene::Scene;
 pub use settings::{Limits, Progress, Settings, Stopper};
 pub use tally::{LeftOut, Saved, Tally};

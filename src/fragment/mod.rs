@@ -33,7 +33,7 @@ pub(crate) use frame::{BlendFrame, ColorFrame, FogFrame, Frame, SampleFrame};
 pub(crate) use pair::{BEHIND, ClassifyPair, KeepValue};
 pub(crate) use project::{ProjectAdd, ProjectAverage, ProjectIso, ProjectLmip, ProjectMax, ProjectMin};
 pub(crate) use span::{Span, SpanPair};
-pub(crate) use texcoord::{Texcoord, TexcoordFar};
+pub(crate) use texcoord::{Texcoord, TexcoordFar, TexcoordPart};
 
 use crate::lanes::Level;
 use crate::scene::{Scene, StageId};

@@ -97,3 +97,37 @@ impl<'v> Kernel<Frame<'v>, Batch> for TexcoordFar {
         }
     }
 }
+
+/// Fills `weight`, and `offset` or `far_offset`, for a part of a volume: positions are those of the whole, to the bit; lanes whose cells the
+/// part does not hold look up its border instead, and are masked out.
+pub(crate) struct TexcoordPart<const FAR: bool>;
+
+impl<'v, const FAR: bool> Kernel<Frame<'v>, Batch> for TexcoordPart<FAR> {
+    #[inline(always)]
+    fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
+        let steps = steps::<L>(batch);
+        let mut lower = [[0.0f32; BATCH]; 3];
+        for r in 0..SIDE {
+            for axis in 0..3 {
+                let g = &batch.geometry;
+                let (floor, reach, top) = (L::splat(g.floor[axis]), L::splat(g.reach[axis]), L::splat(g.top[axis]));
+                let u = L::add(L::splat(steps.rows[axis][r]), steps.across[axis]);
+                let u = L::min(L::max(u, floor), reach);
+                // From the floor on, so that truncation is floor; whole numbers of voxels are exact in f32.
+                let cell = L::min(L::add(L::whole(L::sub(u, floor)), floor), top);
+                L::store(L::sub(u, cell), row_mut(&mut batch.sample.weight[axis], r));
+                L::store(L::sub(cell, floor), row_mut(&mut lower[axis], r));
+            }
+        }
+        let [sx, sy, sz] = frame.sample.strides.map(|s| s as u64);
+        for i in 0..BATCH {
+            let offset = lower[0][i] as u64 * sx + lower[1][i] as u64 * sy + lower[2][i] as u64 * sz;
+            if FAR {
+                batch.rare.far_offset[i] = offset;
+            } else {
+                // The plan takes this kernel where batches span fewer voxels.
+                batch.sample.offset[i] = offset as i32;
+            }
+        }
+    }
+}

@@ -28,7 +28,7 @@ use crate::fragment::project::NOTHING;
 use crate::fragment::{BlendFrame, ColorFrame, Frame, OptionalFrame, SampleFrame};
 use crate::lanes::{Level, LookupTable};
 use crate::lean::extra;
-use crate::proxy::Stack;
+use crate::proxy::{Domain, Stack};
 use crate::scene::{Blend, Fog, FogDistance, SampleAt, Scene};
 use crate::skip::{Runs, SkipTable};
 use crate::volume::Volume;
@@ -47,6 +47,8 @@ pub(crate) struct Subject<'s, 'v> {
     pub(crate) level: Level,
     /// Whether an observer sees the frame: then nothing is left out that shows in no pixel.
     pub(crate) observed: bool,
+    /// Where the volume is a part of a larger one: which.
+    pub(crate) domain: Option<&'v Domain>,
 }
 
 /// Everything a frame's blocks share.
@@ -74,6 +76,8 @@ pub(crate) struct FramePlan<'v> {
     /// What depends on the volume.
     pub(crate) data: &'v VolumeData,
     pub(crate) volume: &'v Volume,
+    /// Where the volume is a part of a larger one: which.
+    pub(crate) domain: Option<&'v Domain>,
     /// What the scene did not need.
     pub(crate) left_out: Vec<Planned>,
     /// Share of the bricks in which anything shows, where empty ones are passed over.
@@ -83,10 +87,10 @@ pub(crate) struct FramePlan<'v> {
 impl<'v> FramePlan<'v> {
     /// The plan for one frame of `subject`, with what is `kept` between frames.
     pub(crate) fn new(subject: Subject<'_, 'v>, kept: &mut impl Prepared) -> Self {
-        let Subject { scene, volume, data, stack, terminate, level, observed } = subject;
+        let Subject { scene, volume, data, stack, terminate, level, observed, domain } = subject;
         let needs = Needs::new(scene, &stack, data.bricks.non_finite > 0, terminate);
         let lookup = needs.lookup(volume, data.packed.is_some(), &data.scaling);
-        let ratio = if stack.is_empty() { 1.0 } else { stack.spacing / scene.opacity_length(volume.grid()) };
+        let ratio = if stack.is_empty() { 1.0 } else { stack.spacing / scene.opacity_length(domain.map_or(volume.grid(), Domain::whole)) };
         let slab = Slab { ratio, form: needs.method.slab };
         let transfer = kept.transfer(TransferKey { transfer: scene.transfer().clone(), slab, pairs: needs.method.is_pre_integrated() });
         // Where empty slices count, or are looked at, all rows do.
@@ -108,6 +112,7 @@ impl<'v> FramePlan<'v> {
             split,
             fine: frame.color.fine.is_some(),
             level,
+            part: domain.is_some(),
         };
         Self {
             stages: Stages::new(kernels),
@@ -121,6 +126,7 @@ impl<'v> FramePlan<'v> {
             level,
             data,
             volume,
+            domain,
             left_out: left_out::planned(scene, volume, &needs, lookup.loads()),
             visible_share: needs.skip.then(|| transfer.bricks.share()),
             needs,

@@ -4,6 +4,7 @@ use super::Scaling;
 use super::scaling::value_range;
 use crate::classify::{ChangeClasses, Classifier, Classify, Slab, strongest};
 use crate::lanes::LookupTable;
+use crate::proxy::Domain;
 use crate::scene::TransferFunction;
 use crate::skip::{BrickClasses, MERGED, Runs, SkipTable};
 use crate::volume::Volume;
@@ -23,9 +24,13 @@ pub(crate) struct VolumeData {
 }
 
 impl VolumeData {
-    /// All of it for `volume`.
-    pub(crate) fn new(volume: &Volume) -> Self {
-        let bricks = volume.bricks().clone();
+    /// All of it for `volume`; where that is a part of a larger one, tables are those of the whole `domain`.
+    pub(crate) fn new(volume: &Volume, domain: Option<&Domain>) -> Self {
+        let mut bricks = volume.bricks().clone();
+        if let Some(domain) = domain {
+            let part = Arc::make_mut(&mut bricks);
+            (part.range, part.non_finite) = (domain.range(), domain.non_finite());
+        }
         let scaling = Scaling::new(volume, &bricks);
         // Lookups that convert do not read packed voxels.
         let packed = if scaling.to_f32.is_none() { Packed::new(volume.voxels(), volume.grid().dims()) } else { None };

@@ -58,6 +58,8 @@ pub(super) struct Kernels<'s> {
     /// Whether slabs within an interval of a table over pairs have a table of their own.
     pub(super) fine: bool,
     pub(super) level: Level,
+    /// Whether a part of a volume is looked up.
+    pub(super) part: bool,
 }
 
 impl<'v> Stages<'v> {
@@ -83,6 +85,8 @@ impl Kernels<'_> {
         let shades = colors && of != For::Keep;
         match id {
             StageId::Texcoord if of == For::Behind => None,
+            StageId::Texcoord if self.part && self.needs.far => Some(level.kernel::<TexcoordPart<true>, _, _>()),
+            StageId::Texcoord if self.part => Some(level.kernel::<TexcoordPart<false>, _, _>()),
             StageId::Texcoord if self.needs.far => Some(level.kernel::<TexcoordFar, _, _>()),
             StageId::Texcoord => Some(level.kernel::<Texcoord, _, _>()),
             StageId::Fetch => (of != For::Behind).then(|| self.fetch()),

@@ -71,6 +71,15 @@ impl Stack {
 
     /// `count` slices through the box of `grid` as `view` sees it.
     pub fn new(grid: &Grid, view: &View, clip_planes: &[ClipPlane], count: u64) -> Self {
+        match Self::depth_range(grid, view) {
+            Some(range) => Self::between(grid, view, clip_planes, range, count),
+            None => Self::between(grid, view, clip_planes, (0.0, 0.0), 0),
+        }
+    }
+
+    /// `count` slices whose slabs fill the depths from `near` to `far`, world units, whatever the box of `grid` takes of them: a stack that
+    /// is given from outside.
+    pub fn between(grid: &Grid, view: &View, clip_planes: &[ClipPlane], (near, far): (f64, f64), count: u64) -> Self {
         let to_index = grid.world_to_index();
         let (w, h) = (0.5 * f64::from(view.width), 0.5 * f64::from(view.height));
         // A world direction as it changes with window x and y, and the offset of the window's corner.
@@ -98,10 +107,7 @@ impl Stack {
             half_spaces.push(HalfSpace { a: hi[axis] - f.a, b: -f.b, c: -f.c, g: -f.g });
         }
         half_spaces.extend(extra(Some(clip_planes)).into_iter().flatten().map(|p| compose(p.normal(), -p.offset())));
-        let (near, far, spacing, count) = match Self::depth_range(grid, view) {
-            Some((near, far)) => (near, far, (far - near) / count as f64, count),
-            None => (0.0, 0.0, 0.0, 0),
-        };
+        let spacing = if count == 0 { 0.0 } else { (far - near) / count as f64 };
         Self { perspective: view.perspective, near, far, spacing, count, half_spaces, index, dims: grid.dims(), view: *view }
     }
 

@@ -61,17 +61,17 @@ pub(crate) enum Outcome {
 }
 
 /// Renders the block at pixel (x0,y0) into `batch.pixels`. Bit i of `inside` tells whether lane i belongs to the picture and tile.
-pub(crate) fn render<W: Observer>(
+pub(crate) fn render<O: Observer>(
     work: &Work<'_, '_>,
     intervals: &RayIntervals<'_>,
     (x0, y0): (u32, u32),
     inside: u64,
     batch: &mut Batch,
     counters: &mut Counters,
-    observer: &mut W,
+    observer: &mut O,
 ) -> Outcome {
     // Observers see the rays' ends, and slabs between slices begin and end there.
-    let range = if W::OBSERVES || work.pairs.is_some() {
+    let range = if O::OBSERVES || work.pairs.is_some() {
         intervals.block(x0, y0, inside, &mut batch.pixels)
     } else {
         intervals.range(x0, y0, inside, &mut batch.pixels)
@@ -84,10 +84,16 @@ pub(crate) fn render<W: Observer>(
         return Outcome::Missed;
     }
     let forward = if work.order == Order::FrontToBack { 1.0 } else { -1.0 };
-    let transform = || BlockTransform::new(work.stack, work.frame.sample.strides, forward, f64::from(x0) + 0.5, f64::from(y0) + 0.5);
+    let transform = || {
+        let whole = BlockTransform::new(work.stack, work.frame.sample.strides, forward, f64::from(x0) + 0.5, f64::from(y0) + 0.5);
+        match work.part {
+            Some(voxels) if O::SELECTS => whole.of_part(voxels),
+            _ => whole,
+        }
+    };
     let mut looked = Coarse::default();
     let transform = match work.skip_table {
-        Some(skip_table) if !W::OBSERVES => {
+        Some(skip_table) if !O::OBSERVES => {
             let found =
                 skip_table.any.then(transform).filter(|transform| skip_table.all || looked.find(work, skip_table, transform, &range));
             let Some(transform) = found else {

@@ -4,6 +4,8 @@ use crate::fragment::{Batch, Frame};
 use crate::lanes::SIDE;
 use crate::proxy::Stack;
 use crate::skip::{BoxQuery, Windows};
+use std::array;
+use std::ops::Range;
 
 /// Index coordinates of a block as functions of depth: `start + d * slope` for its first pixel, and the block's extent.
 pub(super) struct BlockTransform {
@@ -22,6 +24,8 @@ pub(super) struct BlockTransform {
     top_cell: [u32; 3],
     /// Whether there are two voxels at least along each axis.
     thick: bool,
+    /// Of a part of a volume: its first voxel, and its last cell, along each axis; positions are those of the whole.
+    pub(super) part: Option<[(u32, u32); 3]>,
 }
 
 impl BlockTransform {
@@ -36,14 +40,25 @@ impl BlockTransform {
         }
         let far = (SIDE - 1) as f64;
         let extent = [
-            std::array::from_fn(|i| f64::min(0.0, far * across[i]) + f64::min(0.0, far * down[i])),
-            std::array::from_fn(|i| f64::max(0.0, far * across[i]) + f64::max(0.0, far * down[i])),
+            array::from_fn(|i| f64::min(0.0, far * across[i]) + f64::min(0.0, far * down[i])),
+            array::from_fn(|i| f64::max(0.0, far * across[i]) + f64::max(0.0, far * down[i])),
         ];
         let top = stack.dims.map(|n| n.saturating_sub(2) as f64);
         let top_cell = top.map(|n| n as u32);
         let thick = strides.iter().all(|&s| s != 0);
         let step = forward * stack.spacing;
-        Self { start, slope, across, down, extent, perspective: stack.perspective, step, top, top_cell, thick }
+        Self { start, slope, across, down, extent, perspective: stack.perspective, step, top, top_cell, thick, part: None }
+    }
+
+    /// The same for a part of the volume that holds `voxels` of it.
+    pub(super) fn of_part(mut self, voxels: &[Range<usize>; 3]) -> Self {
+        self.part = Some(array::from_fn(|i| (voxels[i].start as u32, voxels[i].end.saturating_sub(2).max(voxels[i].start) as u32)));
+        self
+    }
+
+    /// Where the bricks' index coordinates begin.
+    fn first(&self, axis: usize) -> f64 {
+        self.part.map_or(0.0, |part| f64::from(part[axis].0))
     }
 
     /// Pixel steps grow with depth in perspective.
@@ -56,8 +71,8 @@ impl BlockTransform {
         let (s0, s1) = (self.scale(d0), self.scale(d1));
         let at = |axis: usize, d: f64| self.start[axis] + d * self.slope[axis];
         (
-            std::array::from_fn(|i| f64::min(at(i, d0) + s0 * self.extent[0][i], at(i, d1) + s1 * self.extent[0][i])),
-            std::array::from_fn(|i| f64::max(at(i, d0) + s0 * self.extent[1][i], at(i, d1) + s1 * self.extent[1][i])),
+            array::from_fn(|i| f64::min(at(i, d0) + s0 * self.extent[0][i], at(i, d1) + s1 * self.extent[0][i])),
+            array::from_fn(|i| f64::max(at(i, d0) + s0 * self.extent[1][i], at(i, d1) + s1 * self.extent[1][i])),
         )
     }
 
@@ -73,7 +88,7 @@ impl BlockTransform {
                     (self.start[axis] + extent[axis], self.slope[axis])
                 };
                 let depth = if (slope < 0.0) == (end == 0) { far } else { near };
-                at[4 * end + axis] = start + depth * slope;
+                at[4 * end + axis] = start + depth * slope - self.first(axis);
                 steps[4 * end + axis] = step * slope;
             }
         }
@@ -92,6 +107,27 @@ impl BlockTransform {
         if !self.perspective {
             self.spread(1.0, batch);
         }
+    }
+
+    /// As [`BlockTransform::place`], for a part of the volume: the base voxel of positions is the whole's, so that they have the very same
+    /// bits, and offsets count from a voxel of the part.
+    pub(super) fn place_part(&self, part: &[(u32, u32); 3], d: f64, frame: &Frame<'_>, batch: &mut Batch) {
+        self.place(d, frame, batch);
+        let scale = self.scale(d);
+        let mut base = 0;
+        for axis in 0..3 {
+            let least = self.start[axis] + d * self.slope[axis] + scale * self.extent[0][axis];
+            let low = (least as u32).min(self.top_cell[axis]);
+            let (first, last) = part[axis];
+            let own = low.clamp(first, last);
+            base += (own - first) as usize * frame.sample.strides[axis];
+            batch.geometry.floor[axis] = (f64::from(own) - f64::from(low)) as f32;
+            batch.geometry.top[axis] = (f64::from(last) - f64::from(low)) as f32;
+            batch.geometry.reach[axis] =
+                if frame.sample.strides[axis] == 0 { batch.geometry.floor[axis] } else { batch.geometry.top[axis] + 1.0 };
+        }
+        batch.geometry.cells.base = base;
+        batch.geometry.inner = false;
     }
 
     /// Sets the steps from pixel to pixel.

@@ -14,6 +14,9 @@ pub(crate) trait Observer: Send + Sync {
     /// Whether anything is looked at: for those who do, nothing that shows in no pixel is left out.
     const OBSERVES: bool = true;
 
+    /// Whether it asks for some of the fragments only: see [`Observer::fragments`].
+    const SELECTS: bool = false;
+
     /// An observer that is after the same things and has seen nothing yet.
     fn fresh(&self) -> Self;
 
@@ -26,6 +29,13 @@ pub(crate) trait Observer: Send + Sync {
     /// The slices to render of those that cover a block.
     fn slices(&self, covered: Range<i64>) -> Range<i64> {
         covered
+    }
+
+    /// The fragments to render of the block whose first pixel is (x,y), on the slice whose samples lie at depth `d`: one bit each. Asked
+    /// where [`Observer::SELECTS`].
+    fn fragments(&self, stack: &Stack, first: (u32, u32), d: f64) -> u64 {
+        let _ = (stack, first, d);
+        u64::MAX
     }
 
     /// A block begins: its first pixel is (x,y), `batch.pixels` holds its rays and nothing gathered yet.

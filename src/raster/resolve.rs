@@ -3,6 +3,7 @@
 use super::surface::Surface;
 use crate::fragment::PixelBlock;
 use crate::fragment::project::NOTHING;
+use crate::lanes::SIDE;
 use crate::plan::FramePlan;
 use crate::scene::{Blend, Scene, Straight, TransferFunction};
 
@@ -58,7 +59,14 @@ impl<'f> Resolve<'f> {
     /// A row of pixels: a block's pixel `i` and those to its right, at (x,y) of the picture.
     pub(super) fn row(&self, finish: &impl Finish, pixels: &PixelBlock, i: usize, out: &mut [[f32; 4]], x: usize, y: usize) {
         if self.blend == Blend::Over {
-            finish.row(|n| [pixels.color[0][i + n], pixels.color[1][i + n], pixels.color[2][i + n], pixels.transmittance[i + n]], out);
+            let layer = |at: usize| [pixels.color[0][at], pixels.color[1][at], pixels.color[2][at], pixels.transmittance[at]];
+            // Most rows are whole: a loop of known length, from a place that is a row's beginning for the compiler to see.
+            if let Ok(out) = <&mut [[f32; 4]; SIDE]>::try_from(&mut *out) {
+                let at = i / SIDE * SIDE;
+                finish.row(|n| layer(at + n), out);
+            } else {
+                finish.row(|n| layer(i + n), out);
+            }
             return;
         }
         for (n, out) in out.iter_mut().enumerate() {

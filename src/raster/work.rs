@@ -6,9 +6,10 @@ use crate::fragment::{Frame, Stage};
 use crate::lanes::{BATCH, Kernel, Lanes, Level, SIDE, row};
 use crate::lean::extra;
 use crate::plan::{EndPieces, FramePlan, Merging, PairStages};
-use crate::proxy::Stack;
+use crate::proxy::{Domain, Stack};
 use crate::scene::{Fog, Order};
 use crate::skip::{BoxClasses, BoxQuery, QueryBoxes, Runs, SkipTable, Windows};
+use std::ops::Range;
 
 /// A plan at work.
 pub(crate) struct Work<'f, 'v> {
@@ -36,6 +37,8 @@ pub(crate) struct Work<'f, 'v> {
     sample: f64,
     /// Vectors of the geometry.
     level: Level,
+    /// Where the volume is a part of a larger one: its voxels in that.
+    pub(super) part: Option<&'f [Range<usize>; 3]>,
 }
 
 impl<'f, 'v> Work<'f, 'v> {
@@ -62,6 +65,7 @@ impl<'f, 'v> Work<'f, 'v> {
             let_through: level.kernel::<LetThrough, _, _>(),
             sample: plan.sample,
             level,
+            part: plan.domain.map(Domain::voxels),
         }
     }
 

@@ -3,6 +3,7 @@
 use super::job::Clock;
 use crate::opengl::{Texture, TextureKey};
 use crate::plan::{MergedData, Prepared, TransferData, TransferKey, VolumeData};
+use crate::proxy::Domain;
 use crate::skip::{Runs, SkipTable};
 use crate::volume::Volume;
 use std::sync::Arc;
@@ -14,6 +15,8 @@ const KEPT: usize = 8;
 #[derive(Default)]
 pub(super) struct Cache {
     pub(super) volume: Option<Arc<VolumeData>>,
+    /// The whole that the volume was taken for a part of.
+    domain: Option<Domain>,
     /// Latest first.
     pub(super) entries: Vec<Entry>,
     /// The profile opengl's texture, and what it was made for.
@@ -29,9 +32,12 @@ pub(super) struct Entry {
 }
 
 impl Cache {
-    /// What depends on `volume` alone.
-    pub(super) fn volume_data(&mut self, volume: &Volume, clock: &mut Clock) -> Arc<VolumeData> {
-        let make = || clock.prepare(|| Arc::new(VolumeData::new(volume)));
+    /// What depends on `volume` alone, and on the whole where it is a part of one.
+    pub(super) fn volume_data(&mut self, volume: &Volume, domain: Option<&Domain>, clock: &mut Clock) -> Arc<VolumeData> {
+        if self.domain.as_ref() != domain {
+            *self = Self { domain: domain.cloned(), ..Self::default() };
+        }
+        let make = || clock.prepare(|| Arc::new(VolumeData::new(volume, domain)));
         Arc::clone(self.volume.get_or_insert_with(make))
     }
 

@@ -9,7 +9,9 @@ pub(crate) mod adaptive;
 mod cache;
 mod finish;
 mod job;
+mod layer;
 mod opengl;
+mod progressive;
 mod slices;
 
 #[cfg(test)]
@@ -22,7 +24,11 @@ use crate::raster::Observer;
 use crate::scene::{Blend, MAX_SLICES, Method, Scene, Slicing, View};
 use crate::settings::{Control, Stopper};
 use crate::tally::{LeftOut, Tally};
+use crate::volume::Grid;
 use crate::{Error, Result, Settings, Volume};
+pub use layer::Layer;
+pub use progressive::Pass;
+
 use cache::Cache;
 use job::{Clock, Output, RenderJob};
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -125,6 +131,8 @@ pub struct Renderer {
     stopper: Stopper,
     pool: Option<ThreadPool>,
     cache: Cache,
+    /// Pixels of coarse passes.
+    scratch: Vec<[f32; 4]>,
 }
 
 impl std::fmt::Debug for Renderer {
@@ -137,7 +145,15 @@ impl Renderer {
     /// A renderer for `volume`: an `Arc<Volume>`, a `Volume`, or a `&Volume`, whose voxels it then shares.
     pub fn new(volume: impl Into<Arc<Volume>>, settings: Settings) -> Self {
         let level = settings.level.unwrap_or_else(Level::best);
-        Self { volume: volume.into(), settings, level, stopper: Stopper::default(), pool: None, cache: Cache::default() }
+        Self {
+            volume: volume.into(),
+            settings,
+            level,
+            stopper: Stopper::default(),
+            pool: None,
+            cache: Cache::default(),
+            scratch: Vec::new(),
+        }
     }
 
     /// The volume that it renders.
@@ -235,7 +251,7 @@ impl Renderer {
             }
             Slicing::Count(count) => self.in_slices(job, count, pixels)?,
             Slicing::Spacing(spacing) => {
-                let count = slice_count(spacing, &self.volume, &job.view)?;
+                let count = slice_count(spacing, self.volume.grid(), &job.view)?;
                 self.in_slices(job, count, pixels)?
             }
         };
@@ -316,8 +332,8 @@ fn make_pool(threads: Option<usize>) -> Result<ThreadPool> {
 }
 
 /// Number of slices `spacing` apart at most.
-fn slice_count(spacing: f64, volume: &Volume, view: &View) -> Result<u64> {
-    let depth = Stack::depth_range(volume.grid(), view).map_or(0.0, |(near, far)| far - near);
+fn slice_count(spacing: f64, grid: &Grid, view: &View) -> Result<u64> {
+    let depth = Stack::depth_range(grid, view).map_or(0.0, |(near, far)| far - near);
     // A hair less, so that a spacing that divides the depth is not rounded up past it.
     let n = libm::ceil(depth / spacing * (1.0 - 1e-12));
     if n > MAX_SLICES as f64 {

@@ -6,7 +6,7 @@ use super::{Renderer, tile_side};
 use crate::Result;
 use crate::lanes::SIDE;
 use crate::plan::{FramePlan, Subject};
-use crate::proxy::Stack;
+use crate::proxy::{Domain, Stack};
 use crate::raster::{BlockMask, Finish, Job, Observer, Resolve, Work, render_tiles};
 use crate::scene::{Scene, Slicing};
 use crate::tally::Counters;
@@ -20,6 +20,8 @@ pub(super) struct Request<'r> {
     pub(super) terminate: f32,
     /// Blocks of the picture, all of them without a mask.
     pub(super) blocks: Option<&'r BlockMask>,
+    /// Where the volume is a part of a larger one: which.
+    pub(super) domain: Option<&'r Domain>,
 }
 
 impl Renderer {
@@ -33,7 +35,7 @@ impl Renderer {
         pixels: &mut [[f32; 4]],
     ) -> Result<FrameResult> {
         let stack = Stack::new(self.volume.grid(), &job.view, job.scene.clip_planes(), count);
-        self.requested(job, Request { stack, terminate, blocks }, pixels)
+        self.requested(job, Request { stack, terminate, blocks, domain: None }, pixels)
     }
 
     /// Fills `pixels` with what `request` asks for.
@@ -44,10 +46,10 @@ impl Renderer {
         pixels: &mut [[f32; 4]],
     ) -> Result<FrameResult> {
         let (scene, volume) = (job.scene, Arc::clone(&self.volume));
-        let data = self.cache.volume_data(&volume, &mut job.clock);
+        let Request { stack, terminate, blocks, domain } = request;
+        let data = self.cache.volume_data(&volume, domain, &mut job.clock);
         crate::lean::check(scene, data.bricks.non_finite)?;
-        let Request { stack, terminate, blocks } = request;
-        let subject = Subject { scene, volume: &volume, data: &data, stack, terminate, level: self.level, observed: O::OBSERVES };
+        let subject = Subject { scene, volume: &volume, data: &data, stack, terminate, level: self.level, observed: O::OBSERVES, domain };
         let mut plan = FramePlan::new(subject, &mut self.cache.keeper(&volume, &data, &mut job.clock));
         let planned = std::mem::take(&mut plan.left_out);
         let counters = match job.output {
@@ -88,10 +90,19 @@ impl Renderer {
         let view = scene.camera().resolve(self.volume.grid(), width, height).ok()?;
         let stack = Stack::new(self.volume.grid(), &view, scene.clip_planes(), count);
         let mut clock = super::job::Clock::default();
-        self.cache.volume_data(&self.volume, &mut clock);
+        self.cache.volume_data(&self.volume, None, &mut clock);
         let super::cache::Cache { volume: data, entries, .. } = &mut self.cache;
         let data = data.as_deref()?;
-        let subject = Subject { scene, volume: &self.volume, data, stack, terminate: scene.terminate(), level: self.level, observed: true };
+        let subject = Subject {
+            scene,
+            volume: &self.volume,
+            data,
+            stack,
+            terminate: scene.terminate(),
+            level: self.level,
+            observed: true,
+            domain: None,
+        };
         let mut keeper = super::cache::Keeper { entries, volume: &self.volume, data, clock: &mut clock };
         Some(FramePlan::new(subject, &mut keeper))
     }

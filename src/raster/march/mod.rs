@@ -249,6 +249,11 @@ impl<'f, 'v, W: Observer> March<'_, 'f, 'v, W> {
         }
         let sampled = self.work.sampled(k);
         let (work, live) = (self.work, self.live_rows());
+        let asked = if W::SELECTS { self.observer.fragments(work.stack, self.first_pixel, sampled) } else { u64::MAX };
+        if W::SELECTS && asked == 0 {
+            self.counters.empty += 1;
+            return;
+        }
         let batch = &mut *self.batch;
         // Where the slab has its middle.
         let depth = work.stack.near + (k as f64 + if work.ends.between() { 0.0 } else { 0.5 }) * work.stack.spacing;
@@ -258,8 +263,9 @@ impl<'f, 'v, W: Observer> March<'_, 'f, 'v, W> {
             batch.fog.slice = fog.factor(depth) as f32;
         }
         self.counters.batches += 1;
-        if k >= self.range.whole.0 && k <= self.range.whole.1 {
-            self.transform.place(sampled, frame, batch);
+        if k >= self.range.whole.0 && k <= self.range.whole.1 && (!W::SELECTS || asked == u64::MAX) {
+            self.place(sampled, frame);
+            let batch = &mut *self.batch;
             self.observer.slice(frame, batch);
             (batch.mask, batch.rows, batch.shown) = (u64::MAX, live, live);
             batch.ends = k >= self.range.whole.1;
@@ -283,6 +289,7 @@ impl<'f, 'v, W: Observer> March<'_, 'f, 'v, W> {
         if work.order == Order::FrontToBack {
             batch.pixels.alive &= !batch.ended;
         }
+        batch.mask &= asked;
         let rows = if W::OBSERVES { live } else { live & rows_of(batch.mask) };
         (batch.rows, batch.shown) = (rows, rows);
         batch.ends = true;
@@ -300,12 +307,22 @@ impl<'f, 'v, W: Observer> March<'_, 'f, 'v, W> {
         if rows == 0 {
             return;
         }
-        self.transform.place(sampled, frame, batch);
+        self.place(sampled, frame);
+        let batch = &mut *self.batch;
         for stage in work.partial {
             (stage.run)(frame, batch);
             self.observer.stage(stage.id, frame, batch);
         }
         self.hidden(rows & !self.batch.shown);
+    }
+
+    /// Sets where the batch's fragments lie at depth `d`.
+    #[inline(always)]
+    fn place(&mut self, d: f64, frame: &Frame<'v>) {
+        match &self.transform.part {
+            Some(part) if W::SELECTS => self.transform.place_part(part, d, frame, self.batch),
+            _ => self.transform.place(d, frame, self.batch),
+        }
     }
 
     /// Nothing shows in `rows` of a batch.
