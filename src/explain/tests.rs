@@ -7,8 +7,9 @@ use crate::scene::{
     SampleAt, SlabForm, Straight, Target, TransferFunction,
 };
 use crate::volume::phantom::Phantom;
-use crate::volume::{Grid, Voxels};
+use crate::volume::{Grid, Voxel, VoxelType, Voxels};
 use glam::DVec3;
+use record::Column;
 
 const PARALLEL: Projection = Projection::Orthographic { height: None };
 const WIDE: Projection = Projection::Perspective { fov_y: 50.0 };
@@ -127,17 +128,17 @@ fn every_stage_of_a_fragment_is_on_record() {
     for stage in &p.stages {
         for column in stage.columns.values() {
             let len = match column {
-                record::Column::Flag(c) => c.len(),
-                record::Column::Number(c) => c.len(),
-                record::Column::Triple(c) => c.len(),
-                record::Column::Voxel(c) => c.len(),
+                Column::Flag(c) => c.len(),
+                Column::Number(c) => c.len(),
+                Column::Triple(c) => c.len(),
+                Column::Voxel(c) => c.len(),
             };
             assert_eq!(len, p.slice.len(), "{}", stage.name);
         }
     }
     assert!(!p.fog.is_empty() && p.fog.iter().any(|f| f[1] < 1.0));
     // The value looked up is the volume's own there.
-    let (Some(record::Column::Voxel(cells)), Some(record::Column::Triple(weights))) =
+    let (Some(Column::Voxel(cells)), Some(record::Column::Triple(weights))) =
         (p.stages[1].columns.get("cell"), p.stages[1].columns.get("weight"))
     else {
         panic!("texture coordinates are not on record");
@@ -306,4 +307,98 @@ fn pictures_build_up_to_the_picture() {
         let reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
         assert_eq!(reader.info().animation_control().unwrap().num_frames, 5, "{name}");
     }
+}
+
+/// A volume of numbers of `kind`, large enough that packed voxels have gaps behind rows and layers.
+fn typed(kind: VoxelType) -> Volume {
+    let dims = [64, 64, 18];
+    let mut voxels = Voxels::zeros(kind, dims.iter().product());
+    crate::volume::with_voxels!(&mut voxels, v => for (i, x) in v.iter_mut().enumerate() {
+        let [x0, y0, z0] = [i % 64, i / 64 % 64, i / 4096].map(|n| n as f64);
+        *x = Voxel::from_f64((40.0 + 1.1 * x0 + 0.31 * y0 * 1.0 + 2.0 * z0 + (i * 7 % 5) as f64).min(120.0));
+    });
+    let steps = glam::DMat3::from_cols(DVec3::new(1.0, 0.05, 0.0), DVec3::new(0.0, -0.9, 0.1), DVec3::new(0.1, 0.0, 2.5));
+    let volume = Volume::new(Grid::new(dims, DVec3::new(3.0, 1.0, -2.0), steps).unwrap(), voxels).unwrap();
+    volume.with_rescale(0.01, -0.2).unwrap()
+}
+
+/// Every recorded fragment of a scene held against where its ray is on its slice, and against the voxels of the volume there.
+fn check_lookups(name: &str, volume: &Volume, scene: &Scene) {
+    let e = explained(volume, scene, &Request::default());
+    let (width, height) = scene.size();
+    let (grid, view) = (volume.grid(), scene.camera().resolve(volume.grid(), width, height).unwrap());
+    let mut fragments = 0;
+    for p in &e.record.pixels {
+        let stage = |name: &str| p.stages.iter().find(|s| s.name == name).unwrap();
+        let Some(Column::Voxel(cells)) = stage("texcoord").columns.get("cell") else { panic!("{name}: no cells") };
+        let Some(Column::Triple(weights)) = stage("texcoord").columns.get("weight") else { panic!("{name}: no weights") };
+        let Some(Column::Number(values)) = stage("fetch").columns.get("value") else { panic!("{name}: no values") };
+        for i in 0..p.slice.len() {
+            let (Some(cell), Some(weight), Some(value)) = (cells[i], weights[i], values[i]) else { continue };
+            if !p.covered[i] {
+                continue;
+            }
+            fragments += 1;
+            let at = format!("{name}: pixel {},{} on slice {}", p.x, p.y, p.slice[i]);
+            // Where the ray is, by the camera and the grid alone.
+            let (origin, direction) = view.ray(f64::from(p.x) + 0.5, f64::from(p.y) + 0.5);
+            let index = grid.world_to_index().transform_point3(origin + direction * f64::from(p.depth[i]));
+            for axis in 0..3 {
+                let want = index[axis].clamp(0.0, (grid.dims()[axis] - 1) as f64);
+                let got = cell[axis] as f64 + f64::from(weight[axis]);
+                assert!((got - want).abs() < 1e-3, "{at}, axis {axis}: cell {cell:?} and weight {weight:?}, not {index}");
+            }
+            // The voxels there, by the volume's own access, interpolated by hand.
+            let mut sum = 0.0;
+            for c in 0..8 {
+                let voxel: [usize; 3] = std::array::from_fn(|a| (cell[a] as usize + (c >> a & 1)).min(grid.dims()[a] - 1));
+                let share: f64 = (0..3).map(|a| f64::from(if c >> a & 1 == 1 { weight[a] } else { 1.0 - weight[a] })).product();
+                sum += share * volume.value(voxel);
+                let shown = f64::from(p.corners[i][c]) * e.record.scale + e.record.offset;
+                assert!((shown - volume.value(voxel)).abs() < 1e-5, "{at}: corner {c} shows {shown}, not {}", volume.value(voxel));
+            }
+            let told = e.record.scale * f64::from(value) + e.record.offset;
+            assert!((told - sum).abs() < 1e-5 * (1.0 + sum.abs()), "{at}: value {told}, not {sum}");
+            // And in the numbers of the stage, to the bit.
+            assert_eq!(p.rounds[i].map(|r| r[6].to_bits()), Some(value.to_bits()), "{at}");
+        }
+    }
+    assert!(fragments > 200, "{name}: {fragments} fragments");
+}
+
+#[test]
+fn recorded_cells_voxels_and_values_belong_together_for_every_type() {
+    for kind in VoxelType::ALL {
+        let volume = typed(kind);
+        for (view, projection) in [("parallel", PARALLEL), ("perspective", WIDE)] {
+            check_lookups(&format!("{kind}, {view}"), &volume, &scene(projection));
+        }
+    }
+    // One voxel along an axis; the box of nodes; slabs between slices.
+    let flat = Volume::new(
+        Grid::with_spacing([64, 1, 40], [1.0; 3]).unwrap(),
+        Voxels::from((0..2560u16).map(|i| (i % 97) as u8).collect::<Vec<u8>>()),
+    );
+    let flat = flat.unwrap().with_rescale(0.01, 0.0).unwrap();
+    check_lookups("flat", &flat, &scene(PARALLEL));
+    let nodes = typed(VoxelType::U8).with_convention(crate::volume::BoxConvention::Nodes);
+    check_lookups("nodes", &nodes, &scene(WIDE));
+}
+
+#[test]
+#[cfg(feature = "formats")]
+fn recorded_cells_are_right_in_mapped_files() {
+    let volume = typed(VoxelType::I16);
+    let Voxels::I16(values) = volume.voxels() else { panic!("16-bit voxels") };
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("a.raw");
+    std::fs::write(&path, bytemuck::cast_slice::<i16, u8>(values)).unwrap();
+    let mut spec = crate::volume::io::RawSpec::new([64, 64, 18], VoxelType::I16);
+    if cfg!(target_endian = "big") {
+        spec.endian = crate::volume::io::Endian::Big;
+    }
+    let limits = crate::Limits { map_bytes: 0, ..Default::default() };
+    let mapped = crate::volume::io::read_raw(&path, &spec, &limits).unwrap().with_rescale(0.01, -0.2).unwrap();
+    assert!(mapped.voxels().is_mapped());
+    check_lookups("mapped", &mapped, &scene(PARALLEL));
 }
