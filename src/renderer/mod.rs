@@ -90,7 +90,7 @@ impl<'v> Renderer<'v> {
     /// One picture of `scene`, and what it cost.
     ///
     /// # Errors
-    /// [`Error::Invalid`] when the scene's camera cannot be resolved for the volume's box or the settings make no sense,
+    /// [`Error::Invalid`] when the volume holds colours, the scene's camera cannot be resolved for its box or the settings make no sense,
     /// [`Error::Stopped`] when progress said so.
     pub fn render(&mut self, scene: &Scene) -> Result<(Picture, RenderStats)> {
         let (picture, stats, ()) = self.render_watched(scene, ())?;
@@ -113,6 +113,7 @@ impl<'v> Renderer<'v> {
         if self.settings.tile == Some(0) {
             return Err(Error::invalid("tile 0: a tile has at least one pixel"));
         }
+        self.volume.check_scalars()?;
         if let Some(state) = scene.opengl() {
             let (picture, stats) = self.draw(scene, state)?;
             return Ok((picture, stats, watch));
