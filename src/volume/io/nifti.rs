@@ -5,12 +5,22 @@
 //! is not compressed, as in the format's own library.
 
 use super::field::{grid, named};
+use super::reader::{Certainty, Reader};
 use super::source::{Source, Tail};
+use super::store::Store;
 use super::{Endian, Stored};
 use crate::volume::{Space, Volume, VoxelType};
 use crate::{Error, Result};
 use glam::{DMat3, DQuat, DVec3};
 use std::path::{Path, PathBuf};
+
+pub(super) const READER: Reader = Reader {
+    name: "NIfTI-1",
+    extensions: &["nii", "hdr", "img"],
+    reads: "one file or a pair; both byte orders; sform, qform; rescale",
+    probe: |clues| if starts(clues.head) { Certainty::Magic } else { clues.by_name(READER.extensions) },
+    read,
+};
 
 const HEADER: usize = 348;
 
@@ -32,7 +42,7 @@ mod at {
 }
 
 /// Whether the first bytes of a file are a NIfTI-1 or ANALYZE header: it starts with its own length, in either byte order.
-pub(super) fn starts(head: &[u8]) -> bool {
+fn starts(head: &[u8]) -> bool {
     matches!(head, [0x5c, 1, 0, 0, ..] | [0, 0, 1, 0x5c, ..])
 }
 
@@ -192,7 +202,7 @@ fn pair_of(path: &Path, [from, to]: [&str; 2]) -> Option<PathBuf> {
 }
 
 /// The header beside the voxels `path` of a pair, where there is one; compressed or not.
-pub(super) fn header_of(path: &Path) -> Option<PathBuf> {
+fn header_of(path: &Path) -> Option<PathBuf> {
     let header = pair_of(path, ["img", "hdr"])?;
     [header.clone(), gz_twin(&header)].into_iter().find(|p| p.is_file())
 }
@@ -213,8 +223,14 @@ fn open_image(path: &Path, source: &Source) -> Result<Source> {
     Source::open(&image, source.limits()).map_err(|e| source.fault(format!("image file: {e}")))
 }
 
-/// Reads the volume whose header starts at `source`.
-pub(super) fn read(mut source: Source) -> Result<Volume> {
+fn read(store: Store) -> Result<Volume> {
+    let mut source = store.source()?;
+    if !starts(source.peek(4)?) {
+        // The voxels of a pair: its header is beside them.
+        if let Some(header) = header_of(source.path()) {
+            source = Source::open(&header, source.limits())?;
+        }
+    }
     let path = source.path().to_path_buf();
     let bytes = source.header(HEADER, "the NIfTI header")?;
     let endian = match bytes[..4] {

@@ -5,12 +5,22 @@
 //! NumPy. Of the dictionary only three keys matter, all of a simple form: a scanner finds them without a parser of Python.
 
 use super::field::{named, shown};
+use super::reader::{Certainty, Reader};
 use super::source::{Source, Tail, scatter_z_fastest};
+use super::store::Store;
 use super::{Endian, Stored};
 use crate::Result;
 use crate::volume::{Grid, Volume, Voxel, VoxelType, Voxels, with_voxels};
 
-pub(super) const MAGIC: &[u8] = b"\x93NUMPY";
+pub(super) const READER: Reader = Reader {
+    name: "NumPy",
+    extensions: &["npy"],
+    reads: "three dimensions (z, y, x), C and Fortran order, both byte orders",
+    probe: |clues| if clues.has(0, MAGIC) { Certainty::Magic } else { Certainty::No },
+    read,
+};
+
+const MAGIC: &[u8] = b"\x93NUMPY";
 
 /// What the header says.
 pub(super) struct Header {
@@ -161,7 +171,7 @@ fn shape(source: &Source, text: &str) -> Result<Vec<usize>> {
         .collect()
 }
 
-/// Reads the array that starts at `source`.
-pub(super) fn read(mut source: Source) -> Result<Volume> {
+fn read(store: Store) -> Result<Volume> {
+    let mut source = store.source()?;
     Header::read(&mut source)?.volume(&mut source)
 }

@@ -7,12 +7,22 @@
 //! makes the first a right-anterior-superior space.
 
 use super::field::{Field, complete, grid, named, shown};
+use super::reader::{Certainty, Reader};
 use super::source::{Source, Tail};
+use super::store::Store;
 use super::{Endian, Stored, ascii};
 use crate::volume::{Modality, Space, Volume, VoxelType};
 use crate::{Error, Result};
 use glam::{DMat3, DVec3};
 use std::path::Path;
+
+pub(super) const READER: Reader = Reader {
+    name: "NRRD",
+    extensions: &["nrrd", "nhdr"],
+    reads: "raw, gzip and ascii; data in the file or beside it; both byte orders; oblique axes",
+    probe: |clues| if clues.has(0, b"NRRD") { Certainty::Magic } else { clues.by_name(READER.extensions) },
+    read,
+};
 
 /// The header's fields by key, keys in lower case without spaces (`space directions` = `spacedirections`).
 struct Header {
@@ -223,8 +233,8 @@ fn open_data(header: &Header, mut source: Source, encoding: &str, data_bytes: Op
     Ok(source)
 }
 
-/// Reads the volume whose header starts at `source`.
-pub(super) fn read(mut source: Source) -> Result<Volume> {
+fn read(store: Store) -> Result<Volume> {
+    let mut source = store.source()?;
     let path = source.path().to_path_buf();
     let path = path.as_path();
     let header = Header::read(&mut source)?;
