@@ -30,7 +30,7 @@ use std::sync::{Arc, OnceLock};
 /// What kind of numbers the voxels are, where the file or the caller says so.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Modality {
-    /// Nobody says.
+    /// Not stated.
     #[default]
     Unknown,
     /// Computed tomography in Hounsfield units: air -1000, water 0, bone above about 300.
@@ -279,8 +279,8 @@ impl Volume {
         self.bricks.get_or_init(|| Arc::new(Bricks::new(&self.voxels, self.grid.dims())))
     }
 
-    /// Smallest and largest finite value in the data's units; zeros when there is none. The voxels are looked at once, for all that
-    /// [`Volume::bricks`] tells.
+    /// Smallest and largest finite value in the data's units; zeros when there is none. They come from the bricks, which are
+    /// made in the same pass over the voxels where they are not there yet.
     #[cfg(feature = "scene-file")]
     pub(crate) fn range(&self) -> (f64, f64) {
         if let Some(s) = self.statistics.get() {

@@ -22,7 +22,7 @@ pub(super) const READER: Reader = Reader {
     read,
 };
 
-/// Keys a header may start with; together with a `=` they tell the format.
+/// Keys a header may start with; one of them and a `=` in the first line show that it is a MetaImage.
 const FIRST_KEYS: [&str; 10] =
     ["ObjectType", "ObjectSubType", "NDims", "Comment", "Name", "ID", "ParentID", "TransformType", "DimSize", "BinaryData"];
 

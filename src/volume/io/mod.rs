@@ -8,6 +8,7 @@
 //! | VTK legacy | `.vtk` | structured points, binary and ascii, scalars of points or cells |
 //! | NumPy | `.npy` | three dimensions (z, y, x), C and Fortran order, both byte orders |
 //! | NumPy archive | `.npz` | its first array of three dimensions, stored or deflated |
+//! | VolVis | `.dat` | three dimensions, then little-endian u16 voxels; known by its exact length |
 //!
 //! Voxels alone, in a file of any name, are read where a [`RawSpec`] describes them.
 //!
@@ -23,6 +24,7 @@
 //! file, as a stream or at chosen places, or a folder of files.
 
 mod ascii;
+mod dat;
 mod field;
 mod folder;
 mod gzip;
@@ -84,6 +86,7 @@ formats! {
     Vtk in vtk,
     Npy in npy,
     Npz in npz,
+    Dat in dat,
 }
 
 impl Format {

@@ -163,7 +163,7 @@ impl Header<'_> {
         Ok((self.vector(at::QOFFSET, "qoffset")?, steps))
     }
 
-    /// Slope and intercept; a slope of 0 (or none) means that the values stand as stored.
+    /// Slope and intercept; a slope that is 0, NaN or infinite means that values are as stored.
     fn rescale(&self) -> Result<(f64, f64)> {
         let slope = self.f32(at::SCL_SLOPE);
         if slope == 0.0 || !slope.is_finite() {
@@ -175,7 +175,7 @@ impl Header<'_> {
     /// Where the voxels start; `least` is where the header ends.
     fn offset(&self, least: u64) -> Result<u64> {
         let offset = self.finite(at::VOX_OFFSET, "vox_offset")?;
-        // 0 is left by writers that mean the usual place. f32 counts bytes exactly up to 2^24; a header is far below.
+        // Some writers leave 0 and mean the usual place. f32 counts bytes exactly up to 2^24; a header is far below.
         if offset == 0.0 {
             return Ok(least);
         }

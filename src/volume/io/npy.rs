@@ -95,7 +95,7 @@ impl Header {
                 voxels
             }
             (true, _) => {
-                // Half of each number is dropped on the way: two copies of the halves take no more than the file's bytes.
+                // Numbers of 64 bits are kept in 32, so the voxels in both orders take no more memory than the file has bytes.
                 let [x, y, z] = dims;
                 let turned = source.voxels([z, y, x], self.stored, self.endian, Tail::Ignored)?;
                 with_voxels!(&turned, v => turn(v, dims))
