@@ -26,7 +26,7 @@ fn dims(header: &[u8]) -> [usize; 3] {
     [0, 2, 4].map(|at| Endian::Little.u16(&header[at..]).into())
 }
 
-/// Bytes of a whole file. 48 bits of voxels and one more: no overflow.
+/// Bytes of a whole file. Three numbers of 16 bits cannot make this overflow.
 fn length(dims: [usize; 3]) -> u64 {
     HEADER as u64 + 2 * dims.iter().map(|&n| n as u64).product::<u64>()
 }
@@ -44,9 +44,11 @@ fn read(store: Store) -> Result<Volume> {
     let total = HEADER as u64 + source.left();
     if dims.contains(&0) || (!source.is_packed() && total != length(dims)) {
         let ([x, y, z], wanted) = (dims, length(dims));
-        return Err(source.fault(format!(
-            "a .dat file starts with its dimensions, here {x} x {y} x {z}: with voxels of u16 it would be {wanted} bytes long, not {total} (a raw file needs its dimensions and type)"
-        )));
+        // How much a gzip file holds is not known before it is inflated.
+        let held = if source.is_packed() { String::new() } else { format!(", not {total}") };
+        let what =
+            format!("a .dat file starts with its dimensions, here {x} x {y} x {z}: with voxels of u16 it takes {wanted} bytes{held}");
+        return Err(source.fault(format!("{what} (a raw file needs its dimensions and type)")));
     }
     let grid = named(source.path(), Grid::with_spacing(dims, [1.0; 3]))?;
     let voxels = source.voxels(dims, VoxelType::U16.into(), Endian::Little, Tail::Exact)?;

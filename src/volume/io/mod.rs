@@ -12,7 +12,7 @@
 //!
 //! Voxels alone, in a file of any name, are read where a [`RawSpec`] describes them.
 //!
-//! Each may also lie inside gzip, whatever its name. Voxels keep their type; 64-bit integers are kept in 32 bits when every
+//! Each but the archive may also lie inside gzip, whatever its name. Voxels keep their type; 64-bit integers are kept in 32 bits when every
 //! value fits. No reader takes memory before the header's claim has been held against [`Limits`], the file's length, and what
 //! deflate can inflate it to; voxels are read straight into their place, so the peak is the voxels once and a small buffer.
 //!

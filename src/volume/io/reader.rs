@@ -77,10 +77,14 @@ impl Clues<'_> {
         if self.entries.is_none() && extensions.contains(&extension) { Certainty::Name } else { Certainty::No }
     }
 
-    /// Whether the file is exactly `bytes` long. To find out, a gzip file is inflated once more, up to there and without being kept.
+    /// Whether the file is exactly `bytes` long. To find out, a gzip file is inflated once more, up to there and without being kept; not
+    /// past the limit on voxels.
     pub(super) fn is_long(&self, bytes: u64) -> bool {
-        if !self.packed || bytes > self.length {
-            return bytes == self.length && !self.packed;
+        if !self.packed {
+            return bytes == self.length;
+        }
+        if bytes > self.length || bytes > self.limits.voxel_bytes.saturating_add(self.limits.header_bytes) {
+            return false;
         }
         // A file that cannot be inflated so far is not so long; its reader says why.
         Source::open(self.path, self.limits)
