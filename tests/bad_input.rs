@@ -6,7 +6,9 @@
 
 mod files;
 
-use files::{Random, Sample, gz, join, meta, meta_header, nifti, nifti_header, npy, npy_raw, npz, nrrd, put_f32, put_i16, vtk, zip, zlib};
+use files::{
+    Random, Sample, dat, gz, join, meta, meta_header, nifti, nifti_header, npy, npy_raw, npz, nrrd, put_f32, put_i16, vtk, zip, zlib,
+};
 use slicestack::volume::VoxelType;
 use slicestack::volume::io::{self, Endian, RawSpec};
 use slicestack::{Limits, Volume};
@@ -334,6 +336,8 @@ fn other_cases() -> Vec<Case> {
     let raw = |n: usize| vec![1u8; n];
     let mut dicom = vec![0; 200];
     dicom[128..132].copy_from_slice(b"DICM");
+    let mut random = Random(5);
+    let noise: Vec<u8> = (0..120_000).map(|_| random.next() as u8).collect();
     let mut tar = vec![0; 1024];
     tar[257..262].copy_from_slice(b"ustar");
     vec![
@@ -355,8 +359,25 @@ fn other_cases() -> Vec<Case> {
         case("skip.raw.gz", gz(&raw(7)), &["2000"]).raw([2, 2, 2], VoxelType::U8).spec(|s| s.offset = 2000),
         case("undescribed.raw", raw(50), &["dimensions and type"]),
         case("image.dcm", dicom, &["DICOM", "not supported"]),
+        case("bare.dcm", join(&[&[8, 0, 5, 0, b'C', b'S'], &[0; 200]]), &["DICOM", "not supported"]),
+        case("volume.h5", b"\x89HDF\r\n\x1a\n", &["HDF5"]),
         case("series.tar", tar.clone(), &["tar archive", "not supported"]),
         case("series.tgz", gz(&tar), &["tar archive", "not supported"]),
+        case("short.dat", dat([3, 4, 5], &[0; 119]), &["3 x 4 x 5", "126 bytes", "not 125", "a raw file needs"]),
+        case("long.dat", dat([3, 4, 5], &[0; 121]), &["3 x 4 x 5", "126 bytes", "not 127"]),
+        case("zero.dat", dat([3, 0, 5], &[]), &["3 x 0 x 5", "6 bytes"]),
+        case("zero-long.dat", dat([3, 0, 5], &[0; 60]), &["3 x 0 x 5", "not 66"]),
+        case("claims.dat", dat([65535; 3], &[0; 60]), &["65535 x 65535 x 65535", "562924184010756 bytes", "not 66"]),
+        case("stub.dat", [3, 0, 4], &["6 bytes", "after 3"]),
+        case("text.dat", b"1 2 3\n4 5 6\n", &["8241 x 8242 x 2611", "a raw file needs"]),
+        case("short.dat.gz", gz(&dat([3, 4, 5], &[0; 119])), &["120 bytes", "119"]),
+        case("long.dat.gz", gz(&dat([3, 4, 5], &[0; 121])), &["120 bytes", "121"]),
+        case("zero.dat.gz", gz(&dat([0, 4, 5], &[0; 40])), &["0 x 4 x 5"]),
+        case("claims.dat.gz", gz(&dat([60000; 3], &[0; 60])), &["432000000000000", "limit"]),
+        case("bomb.dat.gz", gz(&dat([2000, 2000, 1000], &[0; 60])), &["8000000000", "compressed bytes"]),
+        case("much.dat.gz", gz(&dat([3, 4, 5], &vec![0; 8 << 20])), &["120", "at least 1048696"]),
+        case("cut.dat.gz", &gz(&dat([30, 40, 50], &noise))[..60_000], &["120000 bytes", "cut short"]),
+        case("limit.dat", dat([3, 4, 5], &[0; 120]), &["120", "limit of 119"]).limits(119, 1 << 20),
         case("picture.tif", b"II*\0\x08\0\0\0", &["TIFF"]),
         case("volume.vti", b"<?xml version=\"1.0\"?>", &["XML"]),
         case("stub.gz", [0x1f, 0x8b], &["damaged"]),
@@ -423,6 +444,49 @@ fn absent_files_and_folders_are_named() {
     assert!(message.contains("absent.nrrd") && message.contains("No such file"), "{message}");
     let message = Volume::open(dir.path()).unwrap_err().to_string();
     assert!(message.contains("is a directory"), "{message}");
+}
+
+#[test]
+fn folders_are_refused_with_what_may_be_given() {
+    let dir = TempDir::new().unwrap();
+    let folder = dir.path().join("scan");
+    std::fs::create_dir(&folder).unwrap();
+    let put = |name: &str, bytes: &[u8]| std::fs::write(folder.join(name), bytes).unwrap();
+    let told = || {
+        let line = Volume::open(&folder).unwrap_err().to_string();
+        assert_eq!(line, io::detect(&folder).unwrap_err().to_string());
+        assert!(line.starts_with(&format!("{}: is a directory", folder.display())) && !line.contains('\n'), "{line}");
+        line
+    };
+    assert!(told().ends_with("not a file: give one volume file; there are no files in it"), "{}", told());
+    put("notes.txt", b"nothing to see");
+    assert!(told().ends_with("the one file in it is of no format that is known"), "{}", told());
+    put("empty.nrrd", b"");
+    assert!(told().ends_with("the 2 files in it are of no format that is known"), "{}", told());
+    // A file that is recognised and not read is told, unless there is one that is.
+    let mut dicom = vec![0; 200];
+    dicom[128..132].copy_from_slice(b"DICM");
+    put("IM2", &dicom);
+    put("IM1", &dicom);
+    assert!(told().contains("\"IM1\" in it is a DICOM file: not supported, convert"), "{}", told());
+    let sample = Sample::new(VoxelType::U8, [4, 5, 6]);
+    // Outside the folder nothing is looked into, be it by a link or in a folder below.
+    std::fs::create_dir(folder.join("below")).unwrap();
+    put("below/A.nrrd", &nrrd(&sample, LE, "raw"));
+    #[cfg(unix)]
+    std::os::unix::fs::symlink("below/A.nrrd", folder.join("B.nrrd")).unwrap();
+    assert!(told().contains("\"IM1\""), "{}", told());
+    put("head.nrrd", &nrrd(&sample, LE, "raw"));
+    assert!(told().ends_with("is a directory, not a file: give one volume file, such as \"head.nrrd\" in it"), "{}", told());
+    // Some kinds of folders are known as such.
+    put("DICOMDIR", &dicom);
+    assert!(told().contains("is a directory of DICOM files: not supported, convert"), "{}", told());
+    std::fs::remove_file(folder.join("DICOMDIR")).unwrap();
+    put(".zarray", b"{}");
+    assert!(told().contains("is a directory of Zarr arrays: not supported"), "{}", told());
+    // A described file must be a file.
+    let line = io::read_raw(&folder, &RawSpec::new([2, 2, 2], VoxelType::U8), &Limits::default()).unwrap_err().to_string();
+    assert!(line.ends_with("is a directory, not a file"), "{line}");
 }
 
 #[test]

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
 use serde_json::Value;
+use slicestack::volume::io::Format;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
@@ -222,6 +223,10 @@ fn failures_end_with_1_name_the_file_and_leave_nothing() {
     write("binary.toml", b"\xff\xfe\x00");
     write("lost.toml", b"[volume]\npath = \"lost.raw\"\n");
     fs::create_dir(dir.path().join("d.png")).unwrap();
+    fs::create_dir(dir.path().join("scans")).unwrap();
+    write("scans/ct.nrrd", b"NRRD0004\n");
+    write("folder.toml", b"[volume]\npath = \"scans\"\n");
+    let folder = "scans: is a directory, not a file: give one volume file, such as \"ct.nrrd\" in it";
     for (args, want) in [
         (&["render", "nothing.nrrd"][..], "nothing.nrrd: "),
         (&["render", "nothing.toml"], "nothing.toml: "),
@@ -238,6 +243,13 @@ fn failures_end_with_1_name_the_file_and_leave_nothing() {
         (&["render", "--stats", "no/such/s.json"], "no/such/s.json: there is no directory"),
         (&["info", "nothing.nrrd"], "nothing.nrrd: "),
         (&["info", "text.nii"], "text.nii: "),
+        (&["render", "scans"], folder),
+        (&["render", "scans/"], "give one volume file, such as"),
+        (&["render", "folder.toml"], folder),
+        (&["info", "scans"], folder),
+        (&["explain", "scans"], folder),
+        (&["report", "scans", "-o", "r"], folder),
+        (&["render", "scans", "--volume.dimensions", "4,5,6", "--volume.type", "u8"], "scans: is a directory, not a file"),
     ] {
         let line = refused(dir.path(), args, 1);
         assert!(line.contains(want), "{args:?}: {line}");
@@ -274,6 +286,12 @@ fn help_teaches_every_key() {
         }
     }
     assert!(keys > 40 && long.contains("--clip ") && long.contains("Examples:"));
+    let info = text(&run(dir.path(), &["info", "--help"]).stdout);
+    for format in Format::ALL {
+        let line =
+            info.lines().find(|l| l.trim_start().starts_with(&format!("{format} ")) && l.contains(&format!(".{}", format.extensions()[0])));
+        assert!(line.is_some(), "{format} in\n{info}");
+    }
     let short = run(dir.path(), &["render", "-h"]);
     assert!(short.status.success() && !text(&short.stdout).contains("--camera.azimuth <"));
     assert!(text(&run(dir.path(), &["--version"]).stdout).starts_with("slicestack "));

@@ -5,7 +5,7 @@
 
 mod files;
 
-use files::{Sample, gz, join, meta, meta_header, nifti, nifti_header, npy, nrrd, vtk};
+use files::{Sample, dat, gz, join, meta, meta_header, nifti, nifti_header, npy, nrrd, vtk};
 use slicestack::scene::{Scene, Slicing, TransferFunction};
 use slicestack::volume::io::{self, Endian, RawSpec};
 use slicestack::volume::{VoxelType, Voxels};
@@ -67,6 +67,10 @@ fn every_type_and_format_is_the_same_mapped_or_read() {
             assert!(!file("a.mha", &meta(&sample, endian, "zlib")));
             if kind.bytes() == 1 || NATIVE == Endian::Little {
                 assert_eq!(file("a.vtk", &vtk(&sample, "BINARY", "3.0")), kind.bytes() == 1, "VTK is big-endian: {kind}");
+            }
+
+            if kind == VoxelType::U16 && endian == Endian::Little {
+                assert_eq!(file("a.dat", &dat(DIMS.map(|n| n as u16), &sample.bytes(endian))), lies, "VolVis");
             }
 
             save(&dir, "a.raw", &sample.bytes(endian));

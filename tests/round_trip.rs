@@ -5,7 +5,7 @@
 
 mod files;
 
-use files::{Sample, gz, join, meta, meta_header, nifti, nifti_header, npy, npy_raw, npz, nrrd, put_f32, put_i16, vtk, zlib};
+use files::{Sample, dat, gz, join, meta, meta_header, nifti, nifti_header, npy, npy_raw, npz, nrrd, put_f32, put_i16, vtk, zlib};
 use glam::DVec3;
 use slicestack::volume::io::{self, Endian, Format, RawSpec};
 use slicestack::volume::{Modality, Space, VoxelType, Voxels};
@@ -220,6 +220,45 @@ fn numpy_shapes_types_and_archives() {
         open("a", &npz(&[("readme.txt", vec![1]), ("t.npy", text), ("m.npy", table), ("ct.npy", array.clone()), ("z.npy", array)], true));
     same(&v, &sample, "npz");
     assert!(v.name().ends_with("a:ct"), "{}", v.name());
+}
+
+#[test]
+fn volvis_files_are_known_by_name_and_length() {
+    let dir = TempDir::new().unwrap();
+    // The second looks like the start of a DICOM file.
+    for dims in [DIMS, [8, 5, 3], [1, 1, 1]] {
+        let sample = Sample::new(VoxelType::U16, dims);
+        let bytes = dat(dims.map(|n| n as u16), &sample.bytes(Endian::Little));
+        let (one, two) = bytes.split_at(bytes.len() / 2);
+        let files = [
+            ("a.dat", bytes.clone()),
+            ("A.DAT", bytes.clone()),
+            ("a.dat.gz", gz(&bytes)),
+            ("b.dat", gz(&bytes)),
+            ("c.dat.gz", join(&[&gz(one), &gz(two), &[0; 512]])),
+        ];
+        for (name, bytes) in files {
+            let path = save(&dir, name, &bytes);
+            assert_eq!(io::detect(&path).unwrap(), Format::Dat, "{name} {dims:?}");
+            let volume = Volume::open(&path).unwrap();
+            same(&volume, &sample, name);
+            assert_eq!((volume.grid().spacing(), volume.name()), ([1.0; 3], path.to_str().unwrap()));
+        }
+        // Under another name nothing tells.
+        assert!(io::detect(save(&dir, "a.bin", &bytes)).is_err());
+        // A magic number tells more than the name.
+        assert_eq!(io::detect(save(&dir, "a.dat", &nrrd(&sample, Endian::Little, "raw"))).unwrap(), Format::Nrrd);
+    }
+}
+
+#[test]
+fn formats_say_what_they_are() {
+    assert!(Format::ALL.contains(&Format::Dat) && Format::ALL.len() == 7);
+    for &format in Format::ALL {
+        assert_eq!(format.to_string(), format.name());
+        assert!(!format.reads().is_empty() && !format.extensions().is_empty());
+        assert!(format.extensions().iter().all(|e| !e.contains('.') && *e == e.to_ascii_lowercase()));
+    }
 }
 
 #[test]

@@ -7,12 +7,13 @@ use anyhow::Result;
 use serde_json::{Value, json};
 use slicestack::Volume;
 use slicestack::scene::{Overrides, Preset};
+use slicestack::volume::io::Format;
 use slicestack::volume::{Modality, Space};
 use std::path::PathBuf;
 
 /// What `info` takes.
 #[derive(Debug, clap::Args)]
-#[command(after_help = EXAMPLES)]
+#[command(after_help = help())]
 pub(super) struct InfoArgs {
     /// Volume file, or a scene file whose volume is meant.
     #[arg(value_name = "FILE")]
@@ -30,6 +31,16 @@ const EXAMPLES: &str = "\
 Examples:
   slicestack info head.nrrd
   slicestack info ct.raw --volume.dimensions 256,256,113 --volume.type i16 --volume.spacing 1,1,2";
+
+/// What stands below the flags: examples, and the formats by their own words.
+fn help() -> String {
+    let mut text = format!("{EXAMPLES}\n\nFormats (all but archives also inside gzip, .gz):");
+    for format in Format::ALL {
+        let extensions: Vec<String> = format.extensions().iter().map(|e| format!(".{e}")).collect();
+        text += &format!("\n  {:15}{:19}{}", format.name(), extensions.join(" "), format.reads());
+    }
+    text
+}
 
 /// Columns of the text histogram.
 const COLUMNS: usize = 64;

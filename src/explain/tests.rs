@@ -138,8 +138,7 @@ fn every_stage_of_a_fragment_is_on_record() {
     }
     assert!(!p.fog.is_empty() && p.fog.iter().any(|f| f[1] < 1.0));
     // The value looked up is the volume's own there.
-    let (Some(Column::Voxel(cells)), Some(record::Column::Triple(weights))) =
-        (p.stages[1].columns.get("cell"), p.stages[1].columns.get("weight"))
+    let (Some(Column::Voxel(cells)), Some(Column::Triple(weights))) = (p.stages[1].columns.get("cell"), p.stages[1].columns.get("weight"))
     else {
         panic!("texture coordinates are not on record");
     };

@@ -57,9 +57,10 @@ impl<'a> Integrator<'a> {
     /// An integrator for `scene` over `volume`.
     ///
     /// # Errors
-    /// [`Error::Invalid`] when the camera cannot be resolved, when the blend mode is not [`Blend::Over`], or for fog of literal
+    /// [`Error::Invalid`] when the volume holds colours, when the camera cannot be resolved, when the blend mode is not [`Blend::Over`], or for fog of literal
     /// weighting: it adds the fog's colour once a slice, which has no limit as slices become many.
     pub fn new(scene: &Scene, volume: &'a Volume) -> Result<Self> {
+        volume.check_scalars()?;
         if scene.blend() != Blend::Over {
             return Err(Error::invalid("render blend: there is a reference for \"over\" alone, projections have none"));
         }

@@ -169,7 +169,7 @@ impl Renderer {
     /// One picture of `scene`, and what it cost.
     ///
     /// # Errors
-    /// [`Error::Invalid`] when the scene's camera cannot be resolved for the volume's box or the settings make no sense,
+    /// [`Error::Invalid`] when the volume holds colours, the scene's camera cannot be resolved for its box or the settings make no sense,
     /// [`Error::Stopped`] when progress or a [`Stopper`] said so.
     pub fn render(&mut self, scene: &Scene) -> Result<(Picture, RenderStats)> {
         let (picture, stats, ()) = self.render_observed(scene, ())?;
@@ -196,6 +196,7 @@ impl Renderer {
 
     /// Does `work` on the renderer's own threads.
     fn pooled<R: Send>(&mut self, work: impl FnOnce(&mut Self) -> Result<R> + Send) -> Result<R> {
+        self.volume.check_scalars()?;
         let pool = match self.pool.take() {
             Some(pool) => pool,
             None => make_pool(self.settings.threads)?,

@@ -1,15 +1,15 @@
-//! Range of values in bricks of 4 x 4 x 4 cells: what lets empty space cost next to nothing.
+//! Range of values in bricks of 4 x 4 x 4 cells: where nothing in the range shows, a renderer passes over the brick.
 
 use super::voxels::{Voxel, VoxelType, Voxels, with_voxels};
 use rayon::prelude::*;
 
-/// Cells along a brick's side. Of twice this a fifth more batches have to be looked at.
+/// Cells along a brick's side. With twice as many a fifth more batches have to be looked at.
 pub(crate) const BRICK: usize = 4;
 
 /// Voxels along a brick's side: the corners of its cells.
 const CORNERS: usize = BRICK + 1;
 
-/// Smallest and largest stored value of every brick, non-finite voxels left out.
+/// Smallest and largest stored value of every brick, voxels that are NaN or infinite left out.
 ///
 /// Brick (i,j,k) holds cells 4i .. 4i+3, that is voxels 4i .. 4i+4, along each axis; trilinear lookups inside it stay in its range.
 #[derive(Debug, Clone)]
@@ -171,10 +171,10 @@ fn above(x: f64) -> f32 {
     -below(-x)
 }
 
-/// The next f32 above x, where x is no NaN and not the largest infinity.
+/// The next f32 above x, where x is neither NaN nor positive infinity.
 fn next_above(x: f32) -> f32 {
     match x.to_bits() {
-        // Both zeros.
+        // 0 and -0.
         0 | 0x8000_0000 => f32::from_bits(1),
         bits if x > 0.0 => f32::from_bits(bits + 1),
         bits => f32::from_bits(bits - 1),

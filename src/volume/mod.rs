@@ -2,6 +2,7 @@
 
 pub(crate) mod bricks;
 mod buffer;
+mod channels;
 mod grid;
 #[cfg(feature = "formats")]
 pub mod io;
@@ -14,6 +15,7 @@ mod voxels;
 
 pub use crate::lanes::Number;
 pub use buffer::Buffer;
+pub use channels::{Channels, Colors, Segment};
 pub use grid::{BoxConvention, Grid, Space};
 #[cfg(feature = "formats")]
 pub use source::{Origin, VolumeSource};
@@ -29,7 +31,7 @@ use std::sync::{Arc, OnceLock};
 /// What kind of numbers the voxels are, where the file or the caller says so.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Modality {
-    /// Nobody says.
+    /// Not stated.
     #[default]
     Unknown,
     /// Computed tomography in Hounsfield units: air -1000, water 0, bone above about 300.
@@ -38,56 +40,118 @@ pub enum Modality {
     Mr,
 }
 
-/// A scalar volume: a [`Grid`] and its voxels, with the linear map to the data's units.
+/// A volume: a [`Grid`] and its voxels.
+///
+/// What a voxel holds is told by [`Volume::channels`]: one number of a field, with the linear map to the data's units; the label of a
+/// segment; or a colour. Labels are integers and are read like any scalars. A colour is no scalar: [`Volume::colors`] gives the voxels of
+/// such a volume, [`Volume::scalars`] is `None`, and whatever else asks for a value gets none, which each method's page describes.
 ///
 /// # Guarantees
 /// - there are exactly as many voxels as the grid has points;
-/// - slope and intercept are finite and the slope is not 0.
+/// - slope and intercept are finite and the slope is not 0; they are 1 and 0 for labels and colours;
+/// - labels are integers; colours are of type u8, u16 or f32.
+///
+/// Clones share voxels, and what has been found out about them: a clone costs next to nothing.
 #[derive(Debug, Clone)]
 pub struct Volume {
     grid: Grid,
+    channels: Channels,
+    /// One number a voxel; none at all where the voxels are colours.
     voxels: Voxels,
+    /// Red, green, blue and alpha of one voxel after the other, where the voxels are colours.
+    colors: Option<Voxels>,
     slope: f64,
     intercept: f64,
     modality: Modality,
     name: String,
-    statistics: OnceLock<Statistics>,
-    bricks: OnceLock<Arc<Bricks>>,
+    /// Found out once, for clones too.
+    statistics: Arc<OnceLock<Statistics>>,
+    bricks: Arc<OnceLock<Arc<Bricks>>>,
+}
+
+/// Refuses a number of voxels that is not the grid's; each takes `channels` of the `numbers`.
+fn check_count(grid: &Grid, numbers: usize, channels: usize) -> Result<()> {
+    if grid.voxel_count().checked_mul(channels) == Some(numbers) {
+        return Ok(());
+    }
+    let ([x, y, z], count) = (grid.dims(), grid.voxel_count());
+    Err(Error::invalid(match channels {
+        1 => format!("{numbers} voxels given for a grid of {x} x {y} x {z} = {count}"),
+        _ => format!("{numbers} numbers given for a grid of {x} x {y} x {z} = {count} voxels of {channels} numbers each"),
+    }))
 }
 
 impl Volume {
-    /// A volume of `voxels` (x fastest) on `grid`, values as stored.
+    /// A volume of `voxels` (x fastest) on `grid`, one number each, values as stored.
     ///
     /// # Errors
     /// [`Error::Invalid`] when the number of voxels is not the grid's.
     pub fn new(grid: Grid, voxels: Voxels) -> Result<Self> {
-        if voxels.len() != grid.voxel_count() {
-            let [x, y, z] = grid.dims();
-            return Err(Error::invalid(format!("{} voxels given for a grid of {x} x {y} x {z} = {}", voxels.len(), grid.voxel_count())));
-        }
-        Ok(Self {
+        check_count(&grid, voxels.len(), 1)?;
+        Ok(Self::of(grid, voxels))
+    }
+
+    fn of(grid: Grid, voxels: Voxels) -> Self {
+        Self {
             grid,
+            channels: Channels::Scalar,
             voxels,
+            colors: None,
             slope: 1.0,
             intercept: 0.0,
             modality: Modality::Unknown,
             name: String::new(),
-            statistics: OnceLock::new(),
-            bricks: OnceLock::new(),
-        })
+            statistics: Arc::default(),
+            bricks: Arc::default(),
+        }
+    }
+
+    /// A volume of colours on `grid`: `numbers` are red, green, blue and alpha of the first voxel, then of the next one, x fastest.
+    ///
+    /// Colours are straight, not premultiplied by alpha; alpha is the opacity of a layer as thick as the reference length. In u8 and u16
+    /// the largest number of the type stands for 1; numbers of f32 stand for themselves and are not checked against `[0,1]`.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] when there are not four numbers for each of the grid's voxels, or their type is none of u8, u16 and f32.
+    pub fn with_colors(grid: Grid, numbers: Voxels) -> Result<Self> {
+        let kind = numbers.voxel_type();
+        channels::check_colors(kind)?;
+        check_count(&grid, numbers.len(), Channels::Rgba.count())?;
+        Ok(Self { channels: Channels::Rgba, colors: Some(numbers), ..Self::of(grid, Voxels::zeros(kind, 0)) })
+    }
+
+    /// The same volume with its voxels taken for labels, of which `segments` tells some by name. May be empty: labels without names.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] when the voxels are colours, floats or rescaled; when a segment's label does not fit the voxels' type or is that
+    /// of another segment; when a colour is outside `[0,1]`.
+    pub fn with_segments(mut self, segments: Vec<Segment>) -> Result<Self> {
+        if self.colors.is_some() {
+            return Err(Error::invalid("labels of RGBA voxels: a label is one integer"));
+        }
+        channels::check_segments(self.voxels.voxel_type(), &segments)?;
+        if self.rescale() != (1.0, 0.0) {
+            return Err(Error::invalid(format!("labels with slope {} and intercept {}: labels are as stored", self.slope, self.intercept)));
+        }
+        self.channels = Channels::Label(segments);
+        Ok(self)
     }
 
     /// The same volume with value = slope * stored + intercept (NIfTI `scl_slope`, DICOM rescale).
     ///
     /// # Errors
-    /// [`Error::Invalid`] when either is not finite or the slope is 0.
+    /// [`Error::Invalid`] when either is not finite or the slope is 0; for labels and colours, when they change anything.
     pub fn with_rescale(mut self, slope: f64, intercept: f64) -> Result<Self> {
+        if self.channels != Channels::Scalar && (slope, intercept) != (1.0, 0.0) {
+            let what = if self.colors.is_some() { "RGBA voxels" } else { "labels" };
+            return Err(Error::invalid(format!("rescale slope {slope}, intercept {intercept}: {what} are not rescaled")));
+        }
         if !slope.is_finite() || !intercept.is_finite() || slope == 0.0 {
             return Err(Error::invalid(format!("rescale slope {slope}, intercept {intercept}: both must be finite and the slope not 0")));
         }
         self.slope = slope;
         self.intercept = intercept;
-        self.statistics = OnceLock::new();
+        self.statistics = Arc::default();
         Ok(self)
     }
 
@@ -109,10 +173,11 @@ impl Volume {
     ///
     /// # Errors
     /// [`Error::Invalid`] when the number of voxels is not the grid's.
-    pub fn with_grid(self, grid: Grid) -> Result<Self> {
-        let volume = Self::new(grid, self.voxels)?;
-        let statistics = self.statistics;
-        Ok(Self { slope: self.slope, intercept: self.intercept, modality: self.modality, name: self.name, statistics, ..volume })
+    pub fn with_grid(mut self, grid: Grid) -> Result<Self> {
+        check_count(&grid, self.colors.as_ref().unwrap_or(&self.voxels).len(), self.channels.count())?;
+        self.grid = grid;
+        self.bricks = Arc::default();
+        Ok(self)
     }
 
     /// The same voxels filling their box by another convention.
@@ -127,9 +192,24 @@ impl Volume {
         &self.grid
     }
 
-    /// The voxels as stored.
+    /// What a voxel holds.
+    pub fn channels(&self) -> &Channels {
+        &self.channels
+    }
+
+    /// The scalars or labels as stored, x fastest. Empty for a volume of colours: ask [`Volume::scalars`] where it may be one.
     pub fn voxels(&self) -> &Voxels {
         &self.voxels
+    }
+
+    /// The scalars or labels as stored, as many as the grid has points, x fastest; `None` for a volume of colours.
+    pub fn scalars(&self) -> Option<&Voxels> {
+        self.colors.is_none().then_some(&self.voxels)
+    }
+
+    /// The colours as stored, as many as the grid has points, x fastest; `None` for scalars and labels.
+    pub fn colors(&self) -> Option<Colors<'_>> {
+        self.colors.as_ref().and_then(Colors::of)
     }
 
     /// (slope, intercept) of value = slope * stored + intercept.
@@ -147,17 +227,20 @@ impl Volume {
         &self.name
     }
 
-    /// The value at voxel (i,j,k) in the data's units.
+    /// The value at voxel (i,j,k) in the data's units; NaN in a volume of colours.
     ///
     /// # Panics
     /// When the voxel is outside the grid.
     pub fn value(&self, [i, j, k]: [usize; 3]) -> f64 {
         let [nx, ny, nz] = self.grid.dims();
         assert!(i < nx && j < ny && k < nz, "voxel {i},{j},{k} outside {nx} x {ny} x {nz}");
+        if self.colors.is_some() {
+            return f64::NAN;
+        }
         self.slope * self.voxels.get((k * ny + j) * nx + i) + self.intercept
     }
 
-    /// Trilinear value at index coordinates `p` in the data's units, in f64, clamped to the edge.
+    /// Trilinear value at index coordinates `p` in the data's units, in f64, clamped to the edge; NaN in a volume of colours.
     pub fn sample(&self, p: DVec3) -> f64 {
         let mut low = [0usize; 3];
         let mut high = [0usize; 3];
@@ -178,7 +261,8 @@ impl Volume {
         lerp(lerp(along_x[0], along_x[1], t[1]), lerp(along_x[2], along_x[3], t[1]), t[2])
     }
 
-    /// Gradient at index coordinates `p` by central differences one voxel wide, per world unit, in world directions.
+    /// Gradient at index coordinates `p` by central differences one voxel wide, per world unit, in world directions; NaN in a volume of
+    /// colours.
     pub fn gradient(&self, p: DVec3) -> DVec3 {
         let difference = |axis: usize| {
             let mut step = DVec3::ZERO;
@@ -189,22 +273,25 @@ impl Volume {
         self.grid.world_to_index().matrix3.transpose() * DVec3::new(difference(0), difference(1), difference(2))
     }
 
-    /// Range, mean and histogram, computed once.
+    /// Range, mean and histogram, computed once. Those of no voxel at all in a volume of colours.
     pub fn statistics(&self) -> &Statistics {
         self.statistics.get_or_init(|| Statistics::of(&self.voxels, self.slope, self.intercept))
     }
 
-    /// Range of stored values brick by brick, computed once.
+    /// Range of stored values brick by brick, computed once. For scalars alone: see [`Volume::check_scalars`].
     pub(crate) fn bricks(&self) -> &Arc<Bricks> {
         self.bricks.get_or_init(|| Arc::new(Bricks::new(&self.voxels, self.grid.dims())))
     }
 
-    /// Smallest and largest finite value in the data's units; zeros when there is none. The voxels are looked at once, for all that
-    /// [`Volume::bricks`] tells.
+    /// Smallest and largest finite value in the data's units; zeros when there is none. They come from the bricks, which are
+    /// made in the same pass over the voxels where they are not there yet.
     #[cfg(feature = "scene-file")]
     pub(crate) fn range(&self) -> (f64, f64) {
         if let Some(s) = self.statistics.get() {
             return (s.min, s.max);
+        }
+        if self.colors.is_some() {
+            return (0.0, 0.0);
         }
         let (low, high) = self.bricks().range;
         let value = |stored: f64| self.slope * stored + self.intercept;

@@ -12,8 +12,8 @@ const LINE: usize = 64;
 
 /// For each voxel, itself in the lower half and its neighbour along y in the upper one; signs are kept as bits.
 ///
-/// In the order of the voxels, but for gaps after rows and layers (see [`strides`]). The last row along y is paired with itself; no cell
-/// starts there.
+/// They stand in the order of the voxels, with gaps after rows and layers (see [`strides`]). The last row along y is paired with itself,
+/// because no cell starts there.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Packed {
     pub(crate) pairs: PackedPairs,
@@ -58,14 +58,14 @@ impl Packed {
 
 /// Distances from row to row and from layer to layer, in pairs of `bytes`.
 ///
-/// Sides of volumes are powers of two more often than not. Lines a power of two apart would share the few places that a cache has for them,
-/// and a block's lookups, spread over rows and layers, would drive each other out.
+/// The sides of most volumes are powers of two. A cache keeps lines whose addresses are a power of two apart in the same few places, so the
+/// lookups of a block, which are spread over rows and layers, would drive each other out of it. Gaps prevent that.
 fn strides([nx, ny, _]: [usize; 3], bytes: usize) -> [usize; 2] {
     let line = LINE / bytes;
     let row = if nx * bytes % (32 * LINE) == 0 { nx + line } else { nx };
     let layer = row * ny;
     let lines = layer.div_ceil(line);
-    // An odd number of lines, and not close to a power of two; a thirty-second of the layer more at most.
+    // An odd number of lines that is not close to a power of two, at most a thirty-second more than the layer needs.
     let odd = lines + (9 + 16 - lines % 16) % 16;
     [row, if 32 * (odd - lines) <= lines { odd * line } else { layer }]
 }

@@ -1,4 +1,4 @@
-//! What the values of a volume are: range, mean, histogram, and the numbers that are none.
+//! Statistics of a volume's values: range, mean, histogram, and how many are NaN or infinite.
 
 use super::voxels::{Voxel, Voxels};
 use rayon::prelude::*;
@@ -6,7 +6,7 @@ use rayon::prelude::*;
 /// Bins of [`Statistics::histogram`].
 pub const HISTOGRAM_BINS: usize = 256;
 
-/// Summary of a volume's values, in the data's units (rescaled), non-finite voxels left out.
+/// Summary of a volume's values, in the data's units (rescaled). Voxels that are NaN or infinite are counted and otherwise left out.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Statistics {
     /// Smallest finite value; 0 when there is none.
@@ -21,7 +21,7 @@ pub struct Statistics {
     pub histogram: Vec<u64>,
 }
 
-/// Voxels summed by one task. Fixed, so that the mean's rounding does not depend on the number of threads.
+/// Voxels that one task adds up. A fixed number, so that the mean's rounding does not depend on the number of threads.
 const CHUNK: usize = 1 << 16;
 
 impl Statistics {
@@ -55,14 +55,15 @@ impl Statistics {
     }
 }
 
-/// How often each of `kinds` numbers is there, `index` telling them apart: one pass over the voxels tells everything.
+/// How often each of `kinds` different numbers occurs among the voxels; `index` gives a number's place in the table. The statistics follow
+/// from these counts, so one pass over the voxels is enough.
 fn counts<T: Voxel>(voxels: &[T], kinds: usize, index: impl Fn(T) -> usize + Sync) -> Vec<u64> {
-    // Few large tasks: a table each. Below 2^32 voxels, so that 32 bits can count them.
+    // Each task has a table of its own, so there are few and large ones; of fewer than 2^32 voxels, so that 32 bits can count them.
     let chunk = voxels.len().div_ceil(64).clamp(1 << 18, 1 << 31);
     voxels
         .par_chunks(chunk)
         .map(|chunk| {
-            // Two tables in turn: neighbours are often equal, and a count just written takes a while to be read again.
+            // Two tables take turns: neighbours are often equal, and a count that was just written takes the processor a while to read again.
             let mut tables = vec![0u32; 2 * kinds];
             let (even, odd) = tables.split_at_mut(kinds);
             let pairs = chunk.chunks_exact(2);
@@ -81,7 +82,7 @@ fn add(mut a: Vec<u64>, b: Vec<u64>) -> Vec<u64> {
     a
 }
 
-/// Statistics of numbers `first`, `first` + 1, ... of which `counts` are there.
+/// Statistics of voxels among which the number `first` + i occurs `counts[i]` times.
 fn of_counts(counts: &[u64], first: f64, slope: f64, intercept: f64) -> Statistics {
     let values = || counts.iter().enumerate().filter(|c| *c.1 > 0).map(|(i, &c)| ((first + i as f64) * slope + intercept, c));
     let finite = || values().filter(|v| v.0.is_finite());
@@ -129,7 +130,7 @@ fn of_slice<T: Voxel>(voxels: &[T], slope: f64, intercept: f64) -> Statistics {
     if count == 0 {
         return Statistics { min: 0.0, max: 0.0, mean: 0.0, non_finite, histogram: vec![0; HISTOGRAM_BINS] };
     }
-    // Each chunk's sum is divided first: 1e7 voxels of 1e308 have a mean.
+    // Each chunk's sum is divided before they are added: the sum of 1e7 voxels of 1e308 would be infinite, their mean is not.
     let mean = partial.iter().map(|p| p.2 / count as f64).sum();
     let scale = HISTOGRAM_BINS as f64 / (max - min);
     let histogram = voxels
@@ -173,7 +174,7 @@ mod tests {
         }
         let one = Statistics::of(&vec![7u16; 5].into(), 1.0, 0.5);
         assert_eq!((one.min, one.max, one.mean, one.histogram[0]), (7.5, 7.5, 7.5, 5));
-        // Values that the rescale takes beyond f64 are no values.
+        // Values that become infinite when rescaled are not counted as values.
         let far = Statistics::of(&vec![1u16, 3, 60_000].into(), 1e304, 0.0);
         assert_eq!((far.non_finite, far.min, far.max), (1, 1e304, 3e304));
         assert!((far.mean / 2e304 - 1.0).abs() < 1e-12);

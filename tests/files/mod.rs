@@ -288,6 +288,11 @@ pub(crate) fn npy(sample: &Sample, endian: Endian, fortran: bool, version: u8) -
     npy_raw(version, &format!("{{'descr': '{code}', 'fortran_order': {fortran}, 'shape': ({nz}, {ny}, {nx}), }}"), &data)
 }
 
+/// A VolVis file that says `dims` before `voxels`.
+pub(crate) fn dat(dims: [u16; 3], voxels: &[u8]) -> Vec<u8> {
+    join(&[dims.map(u16::to_le_bytes).as_flattened(), voxels])
+}
+
 /// A zip file of `entries`; `change` may falsify (packed, unpacked, crc) in the directory.
 pub(crate) fn zip(entries: &[(&str, Vec<u8>)], deflated: bool, change: impl Fn(&mut (u32, u32, u32))) -> Vec<u8> {
     let (mut out, mut directory) = (Vec::new(), Vec::new());

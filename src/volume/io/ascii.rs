@@ -16,10 +16,10 @@ fn is_gap(b: u8) -> bool {
 /// Reads `dims` voxels, x fastest, as numbers between white space or commas.
 ///
 /// # Errors
-/// When a number is missing, is none, or does not fit the type; when there cannot be so many; when anything but one of the
-/// words `sections` follows.
+/// When a number is missing, cannot be parsed, or does not fit the type; when the file is too short for so many; when anything but one
+/// of the words `sections` follows.
 pub(super) fn voxels(source: &mut Source, dims: [usize; 3], stored: Stored, sections: &[&str]) -> Result<Voxels> {
-    // A digit and a space each, and the last space may be missing: allow for it by one byte of grace.
+    // Each number takes at least a digit and a space. The last space may be missing: then one byte less will do.
     let count = match source.weigh(dims, stored, 2) {
         Err(Error::Format { .. }) if exactly_one_short(source, dims) => source.weigh(dims, stored, 1)?,
         other => other?,
@@ -51,11 +51,11 @@ fn fill<T: Voxel>(source: &mut Source, out: &mut [T]) -> Result<()> {
     Ok(())
 }
 
-/// The number in `text`, when it is one and `T` holds it.
+/// The number that `text` is, where it is one that `T` can hold.
 fn number<T: Voxel>(text: &str) -> Option<T> {
     use crate::volume::VoxelType::{F32, F64};
     match T::TYPE {
-        // Straight to f32: through f64 some numbers would be rounded twice.
+        // Parsed as f32 at once: by way of f64 some numbers would be rounded twice.
         F32 => text.parse::<f32>().ok().map(|v| T::from_f64(f64::from(v))),
         F64 => text.parse::<f64>().ok().map(T::from_f64),
         kind => {
@@ -82,7 +82,7 @@ fn token(source: &mut Source) -> Result<Option<Vec<u8>>> {
             break;
         }
     }
-    // Most numbers end within what is there already.
+    // Most numbers end within the bytes read already.
     let mut length = source.buffered().iter().take(LONGEST + 1).position(|&b| is_gap(b));
     if length.is_none() {
         let ahead = source.peek(LONGEST + 1)?;

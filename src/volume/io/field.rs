@@ -47,7 +47,7 @@ impl<'a> Field<'a> {
         self.words().map(|w| self.finite(w)).collect()
     }
 
-    /// `count` finite numbers, or more when `more` are allowed.
+    /// Exactly `count` finite numbers.
     pub(super) fn exactly(&self, count: usize) -> Result<Vec<f64>> {
         let numbers = self.numbers()?;
         if numbers.len() != count {
@@ -120,7 +120,7 @@ impl<'a> Field<'a> {
     }
 }
 
-/// Steps of three axes of which some are not known: those stand at right angles to the others, one unit long.
+/// Steps of three axes. One that is `None` becomes one unit long and stands at right angles to the others.
 pub(super) fn complete(steps: [Option<DVec3>; 3]) -> DMat3 {
     let free = |v: DVec3| if v.is_finite() && v.length() > 0.0 { v.normalize() } else { DVec3::X };
     let [x, y, z] = match steps {

@@ -5,19 +5,29 @@
 //! third, as ITK reads it; a file that carries one is in the left-posterior-superior space of DICOM.
 
 use super::field::{Field, complete, grid, named, shown};
+use super::reader::{Certainty, Reader};
 use super::source::{Source, Tail};
+use super::store::Store;
 use super::{Endian, Stored, ascii};
 use crate::volume::{Grid, Modality, Space, Volume, VoxelType};
 use crate::{Error, Result};
 use glam::DVec3;
 use std::path::Path;
 
-/// Keys a header may start with; together with a `=` they tell the format.
+pub(super) const READER: Reader = Reader {
+    name: "MetaImage",
+    extensions: &["mha", "mhd"],
+    reads: "raw, zlib and ascii; data in the file or beside it; both byte orders; oblique axes",
+    probe: |clues| if starts(clues.head) { Certainty::Magic } else { clues.by_name(READER.extensions) },
+    read,
+};
+
+/// Keys a header may start with; one of them and a `=` in the first line show that it is a MetaImage.
 const FIRST_KEYS: [&str; 10] =
     ["ObjectType", "ObjectSubType", "NDims", "Comment", "Name", "ID", "ParentID", "TransformType", "DimSize", "BinaryData"];
 
 /// Whether the first line of a file is one of a MetaImage header.
-pub(super) fn starts(head: &[u8]) -> bool {
+fn starts(head: &[u8]) -> bool {
     let line = head.split(|&b| b == b'\n').next().unwrap_or_default();
     let Ok(line) = std::str::from_utf8(line) else { return false };
     line.split_once('=').is_some_and(|(key, _)| FIRST_KEYS.contains(&key.trim()))
@@ -122,8 +132,8 @@ fn geometry(header: &Header, path: &Path, dims: [usize; 3], count: usize) -> Res
     grid(path, dims, DVec3::from_array(std::array::from_fn(|i| component(&origin, i))), complete(steps), space)
 }
 
-/// Reads the volume whose header starts at `source`.
-pub(super) fn read(mut source: Source) -> Result<Volume> {
+fn read(store: Store) -> Result<Volume> {
+    let mut source = store.source()?;
     let path = source.path().to_path_buf();
     let path = path.as_path();
     let header = Header::read(&mut source)?;

@@ -2,22 +2,31 @@
 //!
 //! | format | files | what is read |
 //! |---|---|---|
-//! | NRRD | `.nrrd`, `.nhdr` + data | raw, gzip and ascii; both byte orders; oblique axes |
-//! | NIfTI-1 | `.nii`, `.nii.gz`, `.hdr` + `.img` | both byte orders; sform, qform; rescale |
-//! | MetaImage | `.mha`, `.mhd` + data | raw, zlib and ascii; both byte orders; oblique axes |
+//! | NRRD | `.nrrd`, `.nhdr` | raw, gzip and ascii; data in the file or beside it; both byte orders; oblique axes |
+//! | NIfTI-1 | `.nii`, `.hdr`, `.img` | one file or a pair; both byte orders; sform, qform; rescale |
+//! | MetaImage | `.mha`, `.mhd` | raw, zlib and ascii; data in the file or beside it; both byte orders; oblique axes |
 //! | VTK legacy | `.vtk` | structured points, binary and ascii, scalars of points or cells |
-//! | NumPy | `.npy`, `.npz` | three dimensions (z, y, x), C and Fortran order, both byte orders |
-//! | raw | any | voxels alone, described by a [`RawSpec`] |
+//! | NumPy | `.npy` | three dimensions (z, y, x), C and Fortran order, both byte orders |
+//! | NumPy archive | `.npz` | its first array of three dimensions, stored or deflated |
+//! | VolVis | `.dat` | three dimensions, then little-endian u16 voxels; known by its exact length |
 //!
-//! Each may also lie inside gzip, whatever its name. Voxels keep their type; 64-bit integers are kept in 32 bits when every
+//! Voxels alone, in a file of any name, are read where a [`RawSpec`] describes them.
+//!
+//! Each but the archive may also lie inside gzip, whatever its name. Voxels keep their type; 64-bit integers are kept in 32 bits when every
 //! value fits. No reader takes memory before the header's claim has been held against [`Limits`], the file's length, and what
 //! deflate can inflate it to; voxels are read straight into their place, so the peak is the voxels once and a small buffer.
 //!
 //! Large files that hold voxels as they are needed are mapped instead of read; see [`Limits::map_bytes`], also for what that asks of a
 //! file.
+//!
+//! A format is a file here that declares one `Reader`: its name, its extensions, what of it is read, how it is recognised, and how it is
+//! read. A line in `formats!` below makes it known. What is recognised and not read stands in `refused.rs`. Readers work on a `Store`: a
+//! file, as a stream or at chosen places, or a folder of files.
 
 mod ascii;
+mod dat;
 mod field;
+mod folder;
 mod gzip;
 mod metaimage;
 mod nifti;
@@ -25,153 +34,165 @@ mod npy;
 mod npz;
 mod nrrd;
 mod raw;
+mod reader;
+mod refused;
 mod source;
+mod store;
 mod stored;
 mod vtk;
 
 pub use raw::{RawSpec, read_raw};
 pub use stored::Endian;
 
-use crate::Result;
 use crate::settings::Limits;
 use crate::volume::Volume;
-use source::Source;
+use crate::{Error, Result};
+use folder::Folder;
+use reader::{Certainty, Clues, Reader};
+use refused::REFUSALS;
 use std::fmt;
 use std::path::Path;
+use store::Store;
 use stored::Stored;
 
-/// A kind of volume file that describes itself.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-#[allow(missing_docs, reason = "the names say it all")]
-pub enum Format {
-    Nrrd,
-    Nifti,
-    MetaImage,
-    Vtk,
-    Npy,
-    Npz,
+macro_rules! formats {
+    ($($format:ident in $module:ident,)*) => {
+        /// A kind of volume file that describes itself.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+        #[non_exhaustive]
+        #[allow(missing_docs, reason = "the names say it all")]
+        pub enum Format {
+            $($format,)*
+        }
+
+        impl Format {
+            /// All of them.
+            pub const ALL: &'static [Self] = &[$(Self::$format,)*];
+
+            fn reader(self) -> &'static Reader {
+                match self {
+                    $(Self::$format => &$module::READER,)*
+                }
+            }
+        }
+    };
+}
+
+// Of two that are as sure of a file the first one reads it.
+formats! {
+    Nrrd in nrrd,
+    Nifti in nifti,
+    MetaImage in metaimage,
+    Vtk in vtk,
+    Npy in npy,
+    Npz in npz,
+    Dat in dat,
+}
+
+impl Format {
+    /// What it is called.
+    pub fn name(self) -> &'static str {
+        self.reader().name
+    }
+
+    /// Extensions of its files, in lower case, without the dot.
+    pub fn extensions(self) -> &'static [&'static str] {
+        self.reader().extensions
+    }
+
+    /// What of it is read, in a few words.
+    pub fn reads(self) -> &'static str {
+        self.reader().reads
+    }
 }
 
 impl fmt::Display for Format {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Nrrd => "NRRD",
-            Self::Nifti => "NIfTI-1",
-            Self::MetaImage => "MetaImage",
-            Self::Vtk => "VTK legacy",
-            Self::Npy => "NumPy",
-            Self::Npz => "NumPy archive",
-        })
+        f.write_str(self.name())
     }
 }
 
-/// What the first bytes of a file tell.
-enum Content {
+/// What the clues tell.
+enum Verdict {
     Known(Format),
-    /// Recognized, and not read: what it is and what to do.
+    /// Recognised and not read: what it is and what to do.
     Refused(&'static str),
     Unknown,
 }
 
-/// First bytes looked at; enough for the magic of the first file in a tar archive.
-const HEAD: usize = 1024;
-
-fn content(head: &[u8]) -> Content {
-    let has = |at: usize, magic: &[u8]| head.get(at..).is_some_and(|h| h.starts_with(magic));
-    if has(0, b"NRRD") {
-        Content::Known(Format::Nrrd)
-    } else if has(0, b"# vtk DataFile") {
-        Content::Known(Format::Vtk)
-    } else if has(0, b"\x93NUMPY") {
-        Content::Known(Format::Npy)
-    } else if has(0, b"PK\x03\x04") || has(0, b"PK\x05\x06") {
-        Content::Known(Format::Npz)
-    } else if nifti::starts(head) {
-        Content::Known(Format::Nifti)
-    } else if has(128, b"DICM") || has(0, &[8, 0, 0, 0]) || has(0, &[8, 0, 5, 0]) {
-        Content::Refused("a DICOM file: not supported, convert the series to NRRD or NIfTI")
-    } else if metaimage::starts(head) {
-        Content::Known(Format::MetaImage)
-    } else if has(257, b"ustar") {
-        let dicom = has(512 + 128, b"DICM");
-        Content::Refused(if dicom {
-            "a tar archive of DICOM files: not supported, convert the series to NRRD or NIfTI"
-        } else {
-            "a tar archive: not supported, unpack it and name the volume file (a DICOM series is not supported either)"
-        })
-    } else if has(4, b"n+2\0") || has(4, b"ni2\0") {
-        Content::Refused("a NIfTI-2 file: not supported, convert it to NIfTI-1")
-    } else if has(0, b"<?xml") || has(0, b"<VTKFile") {
-        Content::Refused("an XML file: not supported (of VTK, the legacy .vtk format is read)")
-    } else if has(0, b"II*\0") || has(0, b"MM\0*") {
-        Content::Refused("a TIFF file: not supported")
-    } else if has(0, b"\x89HDF") {
-        Content::Refused("an HDF5 file: not supported")
-    } else {
-        Content::Unknown
+/// The surest of all formats and refusals.
+fn judge(clues: &Clues) -> Verdict {
+    let (mut surest, mut verdict) = (Certainty::No, Verdict::Unknown);
+    let known = Format::ALL.iter().map(|&format| ((format.reader().probe)(clues), Verdict::Known(format)));
+    let refused = REFUSALS.iter().map(|refusal| ((refusal.probe)(clues), Verdict::Refused(refusal.says)));
+    for (certainty, candidate) in known.chain(refused) {
+        if certainty > surest {
+            (surest, verdict) = (certainty, candidate);
+        }
     }
+    verdict
 }
 
-/// The format of what `source` holds: by content, and where that does not tell, by name.
-fn identify(source: &mut Source) -> Result<Format> {
-    let head = source.peek(HEAD)?;
-    if head.is_empty() {
-        return Err(source.fault("the file is empty (0 bytes)"));
-    }
-    match content(head) {
-        Content::Known(format) => return Ok(format),
-        Content::Refused(what) => return Err(source.fault(what)),
-        Content::Unknown => {}
-    }
-    let shown: String = head.iter().take(8).flat_map(|b| std::ascii::escape_default(*b)).map(char::from).collect();
-    let name = source.path().to_string_lossy().to_ascii_lowercase();
-    let name = name.strip_suffix(".gz").unwrap_or(&name);
-    Ok(match name.rsplit_once('.').map_or("", |(_, extension)| extension) {
-        // These readers then say what is wrong with the header.
-        "nii" | "hdr" | "img" => Format::Nifti,
-        "nrrd" | "nhdr" => Format::Nrrd,
-        "mha" | "mhd" => Format::MetaImage,
-        _ => {
-            let what = format!("no volume format is known that starts with \"{shown}\" (a raw file needs its dimensions and type)");
-            return Err(source.fault(what));
+/// The format of what `store` holds.
+fn identify(store: &mut Store) -> Result<Format> {
+    let clues = store.clues()?;
+    let says = match judge(&clues) {
+        Verdict::Known(format) => return Ok(format),
+        Verdict::Refused(says) => says.to_owned(),
+        Verdict::Unknown => {
+            let shown: String = clues.head.iter().take(8).flat_map(|b| std::ascii::escape_default(*b)).map(char::from).collect();
+            format!("no volume format is known that starts with \"{shown}\" (a raw file needs its dimensions and type)")
         }
+    };
+    Err(match store {
+        Store::Folder(folder) if !says.starts_with("is a directory") => Error::format(folder.path(), instead_of(folder)),
+        _ => Error::format(store.path(), says),
     })
+}
+
+/// Most files of a folder that are looked into for one to name.
+const LOOKED_INTO: usize = 64;
+
+/// What is said of a folder of no known format: what may be given in its place.
+fn instead_of(folder: &Folder) -> String {
+    let mut refused = None;
+    for name in folder.names().iter().take(LOOKED_INTO) {
+        // A file that cannot be read is not one to name.
+        let Ok(mut file) = folder.file(name) else { continue };
+        let Ok(clues) = file.clues() else { continue };
+        match judge(&clues) {
+            Verdict::Known(_) => return format!("is a directory, not a file: give one volume file, such as {name:?} in it"),
+            Verdict::Refused(says) => refused = refused.or(Some(format!("{name:?} in it is {says}"))),
+            Verdict::Unknown => {}
+        }
+    }
+    let found = refused.unwrap_or_else(|| match folder.names().len() {
+        0 => "there are no files in it".to_owned(),
+        1 => "the one file in it is of no format that is known".to_owned(),
+        n if n > LOOKED_INTO => format!("the first {LOOKED_INTO} of {n} files in it are of no format that is known"),
+        n => format!("the {n} files in it are of no format that is known"),
+    });
+    format!("is a directory, not a file: give one volume file; {found}")
 }
 
 /// The format of the file `path`, by its content (also inside gzip), and by its name only where the content does not tell.
 ///
 /// # Errors
-/// When the file cannot be read or is of no known format.
+/// When the file cannot be read or is of no known format; for a folder, since there is no format of folders yet.
 pub fn detect(path: impl AsRef<Path>) -> Result<Format> {
-    identify(&mut Source::open(path.as_ref(), &Limits::default())?)
+    identify(&mut Store::open(path.as_ref(), &Limits::default())?)
 }
 
 /// Reads the volume file `path`, whatever its format. Its name becomes the volume's.
 ///
 /// # Errors
 /// When the file cannot be read, is of no known format, is not what it claims, or is over `limits`: one line that names the
-/// file and the number at fault.
+/// file and the number at fault. For a folder, a line that says what may be given instead.
 pub fn read(path: impl AsRef<Path>, limits: &Limits) -> Result<Volume> {
     let path = path.as_ref();
-    let mut source = Source::open(path, limits)?;
-    let format = identify(&mut source)?;
-    if format == Format::Nifti && !nifti::starts(source.peek(HEAD)?) {
-        // The voxels of a pair: its header is beside it.
-        if let Some(header) = nifti::header_of(path) {
-            source = Source::open(&header, limits)?;
-        }
-    }
-    let volume = match format {
-        Format::Nrrd => nrrd::read(source)?,
-        Format::Nifti => nifti::read(source)?,
-        Format::MetaImage => metaimage::read(source)?,
-        Format::Vtk => vtk::read(source)?,
-        Format::Npy => npy::read(source)?,
-        // A zip file is read from its end.
-        Format::Npz if source.is_packed() => return Err(source.fault("a zip archive inside gzip is not supported: unpack it first")),
-        Format::Npz => npz::read(path, limits)?,
-    };
+    let mut store = Store::open(path, limits)?;
+    let format = identify(&mut store)?;
+    let volume = (format.reader().read)(store)?;
     Ok(if volume.name().is_empty() { volume.with_name(path.display().to_string()) } else { volume })
 }
 
@@ -182,5 +203,20 @@ impl Volume {
     /// As [`read`].
     pub fn open(path: impl AsRef<Path>) -> Result<Self> {
         read(path, &Limits::default())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_page_above_has_a_row_for_each_format() {
+        let page = include_str!("mod.rs");
+        for &format in Format::ALL {
+            let extensions: Vec<String> = format.extensions().iter().map(|e| format!("`.{e}`")).collect();
+            let row = format!("//! | {format} | {} | {} |\n", extensions.join(", "), format.reads());
+            assert!(page.contains(&row), "missing: {row}");
+        }
     }
 }

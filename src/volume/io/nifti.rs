@@ -5,12 +5,22 @@
 //! is not compressed, as in the format's own library.
 
 use super::field::{grid, named};
+use super::reader::{Certainty, Reader};
 use super::source::{Source, Tail};
+use super::store::Store;
 use super::{Endian, Stored};
 use crate::volume::{Space, Volume, VoxelType};
 use crate::{Error, Result};
 use glam::{DMat3, DQuat, DVec3};
 use std::path::{Path, PathBuf};
+
+pub(super) const READER: Reader = Reader {
+    name: "NIfTI-1",
+    extensions: &["nii", "hdr", "img"],
+    reads: "one file or a pair; both byte orders; sform, qform; rescale",
+    probe: |clues| if starts(clues.head) { Certainty::Magic } else { clues.by_name(READER.extensions) },
+    read,
+};
 
 const HEADER: usize = 348;
 
@@ -32,7 +42,7 @@ mod at {
 }
 
 /// Whether the first bytes of a file are a NIfTI-1 or ANALYZE header: it starts with its own length, in either byte order.
-pub(super) fn starts(head: &[u8]) -> bool {
+fn starts(head: &[u8]) -> bool {
     matches!(head, [0x5c, 1, 0, 0, ..] | [0, 0, 1, 0x5c, ..])
 }
 
@@ -153,7 +163,7 @@ impl Header<'_> {
         Ok((self.vector(at::QOFFSET, "qoffset")?, steps))
     }
 
-    /// Slope and intercept; a slope of 0 (or none) means that the values stand as stored.
+    /// Slope and intercept; a slope that is 0, NaN or infinite means that values are as stored.
     fn rescale(&self) -> Result<(f64, f64)> {
         let slope = self.f32(at::SCL_SLOPE);
         if slope == 0.0 || !slope.is_finite() {
@@ -165,7 +175,7 @@ impl Header<'_> {
     /// Where the voxels start; `least` is where the header ends.
     fn offset(&self, least: u64) -> Result<u64> {
         let offset = self.finite(at::VOX_OFFSET, "vox_offset")?;
-        // 0 is left by writers that mean the usual place. f32 counts bytes exactly up to 2^24; a header is far below.
+        // Some writers leave 0 and mean the usual place. f32 counts bytes exactly up to 2^24; a header is far below.
         if offset == 0.0 {
             return Ok(least);
         }
@@ -192,7 +202,7 @@ fn pair_of(path: &Path, [from, to]: [&str; 2]) -> Option<PathBuf> {
 }
 
 /// The header beside the voxels `path` of a pair, where there is one; compressed or not.
-pub(super) fn header_of(path: &Path) -> Option<PathBuf> {
+fn header_of(path: &Path) -> Option<PathBuf> {
     let header = pair_of(path, ["img", "hdr"])?;
     [header.clone(), gz_twin(&header)].into_iter().find(|p| p.is_file())
 }
@@ -213,8 +223,14 @@ fn open_image(path: &Path, source: &Source) -> Result<Source> {
     Source::open(&image, source.limits()).map_err(|e| source.fault(format!("image file: {e}")))
 }
 
-/// Reads the volume whose header starts at `source`.
-pub(super) fn read(mut source: Source) -> Result<Volume> {
+fn read(store: Store) -> Result<Volume> {
+    let mut source = store.source()?;
+    if !starts(source.peek(4)?) {
+        // The voxels of a pair: its header is beside them.
+        if let Some(header) = header_of(source.path()) {
+            source = Source::open(&header, source.limits())?;
+        }
+    }
     let path = source.path().to_path_buf();
     let bytes = source.header(HEADER, "the NIfTI header")?;
     let endian = match bytes[..4] {

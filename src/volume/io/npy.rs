@@ -5,12 +5,22 @@
 //! NumPy. Of the dictionary only three keys matter, all of a simple form: a scanner finds them without a parser of Python.
 
 use super::field::{named, shown};
+use super::reader::{Certainty, Reader};
 use super::source::{Source, Tail, scatter_z_fastest};
+use super::store::Store;
 use super::{Endian, Stored};
 use crate::Result;
 use crate::volume::{Grid, Volume, Voxel, VoxelType, Voxels, with_voxels};
 
-pub(super) const MAGIC: &[u8] = b"\x93NUMPY";
+pub(super) const READER: Reader = Reader {
+    name: "NumPy",
+    extensions: &["npy"],
+    reads: "three dimensions (z, y, x), C and Fortran order, both byte orders",
+    probe: |clues| if clues.has(0, MAGIC) { Certainty::Magic } else { Certainty::No },
+    read,
+};
+
+const MAGIC: &[u8] = b"\x93NUMPY";
 
 /// What the header says.
 pub(super) struct Header {
@@ -85,7 +95,7 @@ impl Header {
                 voxels
             }
             (true, _) => {
-                // Half of each number is dropped on the way: two copies of the halves take no more than the file's bytes.
+                // Numbers of 64 bits are kept in 32, so the voxels in both orders take no more memory than the file has bytes.
                 let [x, y, z] = dims;
                 let turned = source.voxels([z, y, x], self.stored, self.endian, Tail::Ignored)?;
                 with_voxels!(&turned, v => turn(v, dims))
@@ -161,7 +171,7 @@ fn shape(source: &Source, text: &str) -> Result<Vec<usize>> {
         .collect()
 }
 
-/// Reads the array that starts at `source`.
-pub(super) fn read(mut source: Source) -> Result<Volume> {
+fn read(store: Store) -> Result<Volume> {
+    let mut source = store.source()?;
     Header::read(&mut source)?.volume(&mut source)
 }

@@ -4,16 +4,23 @@
 //! only this is needed: the directory at the end, and entries stored or deflated. Reading it here keeps the directory within the
 //! header limit, which the usual library does not: it takes memory by the number of entries the file claims.
 
+use super::reader::{Certainty, Reader};
 use super::source::{Source, inflated_bound};
+use super::store::{Places, Store};
 use super::{Endian, npy};
-use crate::settings::Limits;
 use crate::volume::Volume;
 use crate::{Error, Result};
 use flate2::Crc;
 use flate2::read::DeflateDecoder;
-use std::fs::File;
-use std::io::{self, BufReader, Read, Seek, SeekFrom};
-use std::path::Path;
+use std::io::{self, Read};
+
+pub(super) const READER: Reader = Reader {
+    name: "NumPy archive",
+    extensions: &["npz"],
+    reads: "its first array of three dimensions, stored or deflated",
+    probe: |clues| if clues.has(0, b"PK\x03\x04") || clues.has(0, b"PK\x05\x06") { Certainty::Magic } else { Certainty::No },
+    read,
+};
 
 const LE: Endian = Endian::Little;
 
@@ -35,64 +42,42 @@ struct Entry {
     at: u64,
 }
 
-/// The archive as bytes at places.
-struct Archive<'a> {
-    path: &'a Path,
-    file: File,
-    length: u64,
-}
+/// Reads what the directory of the archive and its entries need.
+struct Archive(Places);
 
-impl Archive<'_> {
-    fn fault(&self, what: impl Into<String>) -> Error {
-        Error::format(self.path, what)
-    }
-
-    fn bytes(&mut self, at: u64, count: u64, what: &str) -> Result<Vec<u8>> {
-        if at.checked_add(count).is_none_or(|end| end > self.length) {
-            return Err(self.fault(format!("{what} of {count} bytes at byte {at}: the file has {}", self.length)));
-        }
-        let mut out = vec![0; count as usize];
-        self.file.seek(SeekFrom::Start(at)).map_err(|e| Error::io(self.path, e))?;
-        self.file.read_exact(&mut out).map_err(|e| Error::io(self.path, e))?;
-        Ok(out)
-    }
-
+impl Archive {
     /// Place and size of the directory.
-    fn directory(&mut self) -> Result<(u64, u64)> {
+    fn directory(&self) -> Result<(u64, u64)> {
         // The end record is the last thing but for a comment of up to 65535 bytes.
-        let window = self.length.min((END + LOCATOR + usize::from(u16::MAX)) as u64);
-        let start = self.length - window;
-        let tail = self.bytes(start, window, "the end")?;
+        let window = (END + LOCATOR + usize::from(u16::MAX)) as u64;
+        let window = window.min(self.0.length()).min(self.0.limits().header_bytes);
+        let tail = self.0.bytes(self.0.length() - window, window, "the end")?;
         let found = tail.windows(END).rposition(|w| w.starts_with(b"PK\x05\x06"));
         let Some(found) = found else {
-            return Err(self.fault("the zip archive has no directory at its end: cut short?"));
+            return Err(self.0.fault("the zip archive has no directory at its end: cut short?"));
         };
         let end = &tail[found..];
         let (mut size, mut at) = (u64::from(LE.u32(&end[12..])), u64::from(LE.u32(&end[16..])));
         let locator = found.checked_sub(LOCATOR).map(|l| &tail[l..found]).filter(|l| l.starts_with(b"PK\x06\x07"));
         if let Some(locator) = locator {
-            let record = self.bytes(LE.u64(&locator[8..]), 56, "the 64-bit end record")?;
+            let record = self.0.bytes(LE.u64(&locator[8..]), 56, "the 64-bit end record")?;
             if !record.starts_with(b"PK\x06\x06") {
-                return Err(self.fault("the zip archive's 64-bit end record is not where it should be"));
+                return Err(self.0.fault("the zip archive's 64-bit end record is not where it should be"));
             }
             (size, at) = (LE.u64(&record[40..]), LE.u64(&record[48..]));
         }
         Ok((at, size))
     }
 
-    fn entries(&mut self, limits: &Limits) -> Result<Vec<Entry>> {
+    fn entries(&self) -> Result<Vec<Entry>> {
         let (at, size) = self.directory()?;
-        if size > limits.header_bytes {
-            let what = format!("{}: bytes of the zip archive's directory", self.path.display());
-            return Err(Error::Limit { what, needed: size.into(), limit: limits.header_bytes.into() });
-        }
-        let directory = self.bytes(at, size, "the zip archive's directory")?;
+        let directory = self.0.bytes(at, size, "the zip archive's directory")?;
         let mut rest = &directory[..];
         let mut entries = Vec::new();
         while rest.starts_with(b"PK\x01\x02") && rest.len() >= 46 {
             let [name, extra, comment] = [28, 30, 32].map(|at| usize::from(LE.u16(&rest[at..])));
             let Some(fields) = rest.get(46..46 + name + extra + comment) else {
-                return Err(self.fault(format!("entry {} of the zip archive's directory is cut short", entries.len())));
+                return Err(self.0.fault(format!("entry {} of the zip archive's directory is cut short", entries.len())));
             };
             let mut entry = Entry {
                 name: String::from_utf8_lossy(&fields[..name]).into_owned(),
@@ -108,40 +93,42 @@ impl Archive<'_> {
             rest = &rest[46 + name + extra + comment..];
         }
         if !rest.is_empty() && !rest.starts_with(b"PK\x05\x05") {
-            return Err(self.fault(format!("entry {} of the zip archive's directory is damaged", entries.len())));
+            return Err(self.0.fault(format!("entry {} of the zip archive's directory is damaged", entries.len())));
         }
         Ok(entries)
     }
 
     /// The entry's bytes, inflated and checked.
-    fn open(&mut self, entry: &Entry, limits: &Limits) -> Result<Source> {
+    fn open(&self, entry: &Entry) -> Result<Source> {
         let name = &entry.name;
         if entry.encrypted {
-            return Err(self.fault(format!("{name:?} is encrypted: not supported")));
+            return Err(self.0.fault(format!("{name:?} is encrypted: not supported")));
         }
-        let header = self.bytes(entry.at, 30, "an entry's header")?;
+        let header = self.0.bytes(entry.at, 30, "an entry's header")?;
         if !header.starts_with(b"PK\x03\x04") {
-            return Err(self.fault(format!("{name:?} should start at byte {}, no zip entry is there", entry.at)));
+            return Err(self.0.fault(format!("{name:?} should start at byte {}, no zip entry is there", entry.at)));
         }
         let data = entry.at + 30 + u64::from(LE.u16(&header[26..])) + u64::from(LE.u16(&header[28..]));
-        if data.checked_add(entry.packed).is_none_or(|end| end > self.length) {
-            return Err(self.fault(format!("{name:?} should take {} bytes from byte {data}: the file has {}", entry.packed, self.length)));
+        if !self.0.holds(data, entry.packed) {
+            return Err(self.0.fault(format!(
+                "{name:?} should take {} bytes from byte {data}: the file has {}",
+                entry.packed,
+                self.0.length()
+            )));
         }
-        let mut file = File::open(self.path).map_err(|e| Error::io(self.path, e))?;
-        file.seek(SeekFrom::Start(data)).map_err(|e| Error::io(self.path, e))?;
-        let packed = BufReader::with_capacity(1 << 16, file.take(entry.packed));
+        let packed = self.0.stream(data, entry.packed)?;
         let (stream, bound): (Box<dyn Read>, u64) = match entry.method {
             0 => (Box::new(packed), entry.packed),
             8 => (Box::new(DeflateDecoder::new(packed)), inflated_bound(entry.packed)),
-            other => return Err(self.fault(format!("{name:?} is compressed by method {other}: only stored and deflated are read"))),
+            other => return Err(self.0.fault(format!("{name:?} is compressed by method {other}: only stored and deflated are read"))),
         };
         if entry.unpacked > bound {
             let what =
                 format!("{name:?} claims {} bytes, but {} compressed bytes cannot hold more than {bound}", entry.unpacked, entry.packed);
-            return Err(self.fault(what));
+            return Err(self.0.fault(what));
         }
         let stream = Box::new(Checked { inner: stream, crc: Crc::new(), left: entry.unpacked, want: entry.crc });
-        Ok(Source::from_stream(self.path, stream, entry.unpacked, Some(entry.packed), limits))
+        Ok(Source::from_stream(self.0.path(), stream, entry.unpacked, Some(entry.packed), self.0.limits()))
     }
 }
 
@@ -195,20 +182,19 @@ impl Read for Checked {
     }
 }
 
-/// Reads the first array of three dimensions in the zip file `path`, which must not be inside gzip.
-pub(super) fn read(path: &Path, limits: &Limits) -> Result<Volume> {
-    let file = File::open(path).map_err(|e| Error::io(path, e))?;
-    let length = file.metadata().map_err(|e| Error::io(path, e))?.len();
-    let mut archive = Archive { path, file, length };
-    let entries = archive.entries(limits)?;
+fn read(store: Store) -> Result<Volume> {
+    // A zip file is read from its end.
+    let archive = Archive(store.places("a zip archive")?);
+    let path = archive.0.path();
+    let entries = archive.entries()?;
     let arrays: Vec<&Entry> = entries.iter().filter(|e| e.name.ends_with(".npy")).collect();
     if arrays.is_empty() {
         let first = entries.first().map_or(String::new(), |e| format!(", only {:?}", e.name));
-        return Err(archive.fault(format!("the zip archive holds {} files and no .npy array{first}", entries.len())));
+        return Err(archive.0.fault(format!("the zip archive holds {} files and no .npy array{first}", entries.len())));
     }
     let mut seen = Vec::new();
     for entry in &arrays {
-        let mut source = archive.open(entry, limits)?;
+        let mut source = archive.open(entry)?;
         let stem = entry.name.trim_end_matches(".npy");
         // An array of text or records does not stand in the way of the volume behind it.
         let header = match npy::Header::read(&mut source) {
@@ -224,9 +210,9 @@ pub(super) fn read(path: &Path, limits: &Limits) -> Result<Volume> {
         }
         let claimed = header.length.saturating_add(header.data_bytes());
         if claimed != entry.unpacked {
-            return Err(
-                archive.fault(format!("{:?} takes {claimed} bytes by its header, {} by the zip directory", entry.name, entry.unpacked))
-            );
+            return Err(archive
+                .0
+                .fault(format!("{:?} takes {claimed} bytes by its header, {} by the zip directory", entry.name, entry.unpacked)));
         }
         let volume = header.volume(&mut source)?;
         // One array needs no name; among several, say which it is.
@@ -235,5 +221,5 @@ pub(super) fn read(path: &Path, limits: &Limits) -> Result<Volume> {
     }
     let more = if seen.len() > 4 { format!(", and {} more", seen.len() - 4) } else { String::new() };
     seen.truncate(4);
-    Err(archive.fault(format!("no array of three dimensions (z, y, x) among: {}{more}", seen.join(", "))))
+    Err(archive.0.fault(format!("no array of three dimensions (z, y, x) among: {}{more}", seen.join(", "))))
 }

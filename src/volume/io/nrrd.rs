@@ -3,16 +3,26 @@
 //! Source of the format: <https://teem.sourceforge.net/nrrd/format.html>. Data may be longer than the header says when it is
 //! not compressed, as in Teem.
 //!
-//! The spaces `left-anterior-superior` and `3D-left-handed` are left-handed, our world is not: their x is turned round, which
-//! makes the first a right-anterior-superior space.
+//! The spaces `left-anterior-superior` and `3D-left-handed` are left-handed, the world here is right-handed: their x axis is
+//! mirrored, which makes the first a right-anterior-superior space.
 
 use super::field::{Field, complete, grid, named, shown};
+use super::reader::{Certainty, Reader};
 use super::source::{Source, Tail};
+use super::store::Store;
 use super::{Endian, Stored, ascii};
 use crate::volume::{Modality, Space, Volume, VoxelType};
 use crate::{Error, Result};
 use glam::{DMat3, DVec3};
 use std::path::Path;
+
+pub(super) const READER: Reader = Reader {
+    name: "NRRD",
+    extensions: &["nrrd", "nhdr"],
+    reads: "raw, gzip and ascii; data in the file or beside it; both byte orders; oblique axes",
+    probe: |clues| if clues.has(0, b"NRRD") { Certainty::Magic } else { clues.by_name(READER.extensions) },
+    read,
+};
 
 /// The header's fields by key, keys in lower case without spaces (`space directions` = `spacedirections`).
 struct Header {
@@ -35,7 +45,7 @@ impl Header {
                 continue;
             }
             let path = source.path();
-            // "key:=value" is a note of the writer's, "field: value" is the format's.
+            // "key:=value" is free text of whoever wrote the file, "field: value" is defined by the format.
             match line.split_once(':') {
                 Some((key, note)) if note.starts_with('=') => {
                     if matches!(key.to_ascii_lowercase().as_str(), "modality" | "dicom_0008_0060") {
@@ -48,7 +58,7 @@ impl Header {
                     let list = key == "datafile" && value.trim().starts_with("LIST");
                     header.fields.push((key, value.trim().to_owned()));
                     if list {
-                        // File names follow, not fields.
+                        // The lines that follow are names of files.
                         break;
                     }
                 }
@@ -86,16 +96,16 @@ fn voxel_type(field: Field) -> Result<Stored> {
     })
 }
 
-/// How the file's axes become x, y and z.
+/// Which of the file's axes are x, y and z.
 struct Axes {
     dims: [usize; 3],
-    /// The file's axis behind each of ours.
+    /// For x, y and z, the number of the file's axis; `None` where the file has fewer axes.
     source: [Option<usize>; 3],
     /// Number of axes in the file.
     count: usize,
 }
 
-/// Three axes out of `sizes`: those of size 1 give way when there are more, first the ones without a direction, then the last.
+/// Three axes out of `sizes`. Where there are more, axes of size 1 are dropped: first those without a direction, then the last ones.
 fn three_axes(field: Field, directions: Option<&[Option<Vec<f64>>]>) -> Result<Axes> {
     let sizes = field.sizes()?;
     let mut kept: Vec<usize> = (0..sizes.len()).collect();
@@ -223,8 +233,8 @@ fn open_data(header: &Header, mut source: Source, encoding: &str, data_bytes: Op
     Ok(source)
 }
 
-/// Reads the volume whose header starts at `source`.
-pub(super) fn read(mut source: Source) -> Result<Volume> {
+fn read(store: Store) -> Result<Volume> {
+    let mut source = store.source()?;
     let path = source.path().to_path_buf();
     let path = path.as_path();
     let header = Header::read(&mut source)?;

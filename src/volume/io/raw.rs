@@ -1,4 +1,4 @@
-//! Files of voxels and nothing else: the caller says what they are.
+//! Raw files: voxels without a header. The caller describes them.
 
 use super::Endian;
 use super::field::{grid, named};
@@ -39,7 +39,7 @@ impl RawSpec {
 ///
 /// # Errors
 /// When the file cannot be read, is shorter or longer than `spec` says, is over
-/// `limits`, or `spec` is no grid.
+/// `limits`, or when `spec` describes no valid grid.
 pub fn read_raw(path: impl AsRef<Path>, spec: &RawSpec, limits: &Limits) -> Result<Volume> {
     let path = path.as_ref();
     let (origin, steps) = (DVec3::from_array(spec.origin), DMat3::from_diagonal(DVec3::from_array(spec.spacing)));

@@ -1,7 +1,7 @@
-//! The one way bytes come in: bounded, counted, and never believed before they are checked.
+//! Reading a file from its start: with limits, and with every size that a header claims checked before memory is taken for it.
 //!
-//! A [`Source`] is a plain file or the inside of a compressed stream. It knows how many bytes can still come (`left`: exact
-//! for a plain file, an upper bound for a compressed one), so every claim of a header is weighed before memory is taken.
+//! A [`Source`] is a plain file, or what a compressed one holds. It knows how many bytes can still come (`left`: exact for a plain
+//! file, an upper bound for a compressed one), and a header that claims more voxels than that is refused.
 
 mod voxels;
 
@@ -14,7 +14,7 @@ use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
-/// Most bytes that one byte of deflate data can stand for: a 258-byte copy takes two bits at best, and block headers cost a
+/// Most bytes that one byte of deflate data inflates to: a 258-byte copy takes two bits at best, and block headers cost a
 /// little more (zlib's technical notes give 1032:1 as the limit).
 const DEFLATE_RATIO: u64 = 1032;
 
@@ -26,7 +26,7 @@ enum Inner {
     Stream(Box<dyn Read>),
 }
 
-/// A stream of bytes with a known bound. See the module's page.
+/// A stream of bytes of which it is known how many can come at most. See the module's page.
 pub(super) struct Source {
     path: PathBuf,
     inner: Inner,
@@ -45,7 +45,7 @@ pub(super) struct Source {
 impl Source {
     /// Opens `path` as it lies on disk.
     pub(super) fn open_plain(path: &Path, limits: &Limits) -> Result<Self> {
-        // Opening a pipe would wait for its writer: look before opening.
+        // Opening a pipe would wait until another program writes to it, so its kind is looked at first.
         let meta = std::fs::metadata(path).map_err(|e| Error::io(path, e))?;
         if !meta.is_file() {
             let what = if meta.is_dir() { "is a directory, not a file" } else { "is not a regular file" };
@@ -71,7 +71,7 @@ impl Source {
         if source.is_gzip()? { Ok(source.gunzip()) } else { Ok(source) }
     }
 
-    /// A stream that came out of the file `path` some other way: at most `left` bytes, from `packed` compressed ones.
+    /// A stream of bytes that is part of the file `path`, such as an entry of an archive: at most `left` bytes, from `packed` compressed ones.
     pub(super) fn from_stream(path: &Path, stream: Box<dyn Read>, left: u64, packed: Option<u64>, limits: &Limits) -> Self {
         Self {
             path: path.to_path_buf(),

@@ -1,4 +1,4 @@
-//! Numbers as files store them: byte order, and the types that are not kept as they are.
+//! Numbers as files store them: byte order, and which type they are kept in.
 
 use crate::volume::VoxelType;
 use std::fmt;

@@ -5,12 +5,22 @@
 //! follows them is another array, metadata, or padding, or else an error.
 
 use super::field::{Field, grid, named, shown};
+use super::reader::{Certainty, Reader};
 use super::source::{Source, Tail};
+use super::store::Store;
 use super::{Endian, Stored, ascii};
 use crate::volume::{Space, Volume, VoxelType};
 use crate::{Error, Result};
 use glam::{DMat3, DVec3};
 use std::path::Path;
+
+pub(super) const READER: Reader = Reader {
+    name: "VTK legacy",
+    extensions: &["vtk"],
+    reads: "structured points, binary and ascii, scalars of points or cells",
+    probe: |clues| if clues.has(0, b"# vtk DataFile") { Certainty::Magic } else { Certainty::No },
+    read,
+};
 
 /// What may start a section after the voxels.
 const SECTIONS: [&str; 13] = [
@@ -140,8 +150,8 @@ fn check_rest(source: &mut Source, bytes: u64) -> Result<()> {
     if SECTIONS.iter().any(|s| text.starts_with(s)) { Ok(()) } else { source.check_tail(bytes, Tail::Nothing) }
 }
 
-/// Reads the volume whose header starts at `source`.
-pub(super) fn read(mut source: Source) -> Result<Volume> {
+fn read(store: Store) -> Result<Volume> {
+    let mut source = store.source()?;
     let path = source.path().to_path_buf();
     source.line()?;
     source.line()?;

@@ -1,5 +1,5 @@
-//! Voxels out of a [`Source`]: the claim is weighed, the file mapped or memory taken once and the bytes read in place, and what
-//! follows looked at.
+//! Voxels out of a [`Source`]: first their claimed size is checked, then the file is mapped, or memory taken once and the bytes read into
+//! it, and at last what follows the voxels is checked.
 
 use super::Source;
 use crate::lanes::Mapped;
@@ -30,7 +30,7 @@ impl Source {
     pub(in crate::volume::io) fn weigh(&self, dims: [usize; 3], stored: Stored, smallest: u64) -> Result<usize> {
         let count = self.claim(dims, stored, smallest)?;
         let memory = count * stored.voxel_type().bytes();
-        // Memory is refused here with a message, not in the allocator with an abort.
+        // Where memory is short, an error is returned here; the allocator would end the process.
         let mut probe: Vec<u8> = Vec::new();
         if probe.try_reserve_exact(memory).is_err() {
             let [x, y, z] = dims;
@@ -176,7 +176,7 @@ impl Source {
             return Ok(());
         }
         let held = if self.is_packed() {
-            // Inflating all the rest is what a bomb waits for.
+            // Only a part is inflated: a small file may have been made to inflate to gigabytes.
             let more = self.peek(1 << 20)?.len() as u64;
             let least = if more >= 1 << 20 { "at least " } else { "" };
             format!("{least}{}", total.saturating_add(more))
