@@ -13,7 +13,7 @@ pub(crate) fn run(out: &Path) -> Result<()> {
     // For a file: `Volume::open("head.nrrd")?`.
     let volume = Phantom::Hydrogen.volume(96)?;
     // 512 x 512 pixels, 256 slices, a three-quarter view: everything has a default but the transfer function.
-    let scene = Scene::new(Phantom::Hydrogen.default_transfer());
+    let scene = Scene::new(Phantom::Hydrogen.default_transfer(96));
     let picture = slicestack::render(&volume, &scene)?;
     picture.save(out, Depth::Eight)
 }

@@ -30,7 +30,7 @@
 //! use slicestack::{Scene, render};
 //!
 //! let volume = Phantom::SheppLogan.volume(32)?; // or Volume::open("head.nrrd")?
-//! let scene = Scene::new(Phantom::SheppLogan.default_transfer()).with_size(64, 64)?;
+//! let scene = Scene::new(Phantom::SheppLogan.default_transfer(32)).with_size(64, 64)?;
 //! let picture = render(&volume, &scene)?; // picture.save("head.png", Depth::Eight)? writes it
 //! assert_eq!(picture.pixel(0, 0), [0.0; 4]); // beside the head: nothing
 //! assert!(picture.pixel(32, 32)[3] > 0.1); // through it: something
@@ -73,7 +73,7 @@ mod error;
 #[cfg(feature = "explain")]
 pub mod explain;
 mod fragment;
-pub mod lanes;
+mod lanes;
 mod lean;
 mod opengl;
 pub mod picture;
@@ -90,6 +90,7 @@ mod tally;
 pub mod volume;
 
 pub use error::{Error, Result};
+pub use lanes::Level;
 pub use picture::Picture;
 #[cfg(feature = "encoders")]
 pub use picture::{Depth, Format};

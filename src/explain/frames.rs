@@ -1,6 +1,6 @@
 //! The picture building up, slab by slab.
 
-use super::{order, plain, steady};
+use super::{plain, steady};
 use crate::raster::Watch;
 use crate::scene::{Order, Scene};
 use crate::{Error, Picture, Renderer, Result, Settings, Volume};
@@ -44,7 +44,7 @@ pub fn build_up(
         return Err(Error::invalid("the whole box lies behind the eye: there is nothing to build up"));
     }
     let n = u64::from(frames.max(1)).min(count);
-    let back = order(scene) == Order::BackToFront;
+    let back = scene.blending_order() == Order::BackToFront;
     let refused = |e: png::EncodingError| Error::invalid(format!("animated PNG: {e}"));
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, scene.size().0, scene.size().1);

@@ -10,7 +10,7 @@
 //! use slicestack::{Scene, Settings};
 //!
 //! let volume = Phantom::SheppLogan.volume(16)?;
-//! let scene = Scene::new(Phantom::SheppLogan.default_transfer()).with_size(32, 32)?;
+//! let scene = Scene::new(Phantom::SheppLogan.default_transfer(16)).with_size(32, 32)?;
 //! let explanation = explain(&volume, &scene, &Settings::default(), &Request::default())?;
 //! assert!(explanation.json()?.contains("\"texcoord\"")); // a column for each stage
 //! assert!(explanation.page()?.starts_with("<!doctype html>"));
@@ -32,7 +32,7 @@ pub use frames::build_up;
 
 use crate::proxy::Stack;
 use crate::renderer::{refine, start_values};
-use crate::scene::{Blend, Method, Order, Scene, Slicing};
+use crate::scene::{Blend, Method, Scene, Slicing};
 use crate::{Error, Picture, RenderStats, Renderer, Result, Settings, Volume};
 use choose::{busiest, choose, shown, through};
 use geometry::{Side, StackRecord};
@@ -51,11 +51,33 @@ pub const MAX_SLICES: u64 = 1024;
 
 /// What to explain of a scene.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Request {
     /// The pixel to begin with, column and row; `None` takes one at which much happens.
     pub pixel: Option<(u32, u32)>,
     /// Slices to show, at most [`MAX_SLICES`]; `None` takes all of them, or those around the slice that matters most to the pixel.
     pub slices: Option<Range<u64>>,
+}
+
+impl Request {
+    /// All slices of a pixel at which much happens.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// The request to begin with another pixel, column and row; `None` takes one at which much happens.
+    #[must_use]
+    pub fn pixel(mut self, pixel: impl Into<Option<(u32, u32)>>) -> Self {
+        self.pixel = pixel.into();
+        self
+    }
+
+    /// The request to show other slices, at most [`MAX_SLICES`]; `None` takes all of them, or those that matter most to the pixel.
+    #[must_use]
+    pub fn slices(mut self, slices: impl Into<Option<Range<u64>>>) -> Self {
+        self.slices = slices.into();
+        self
+    }
 }
 
 /// Everything that the page and notebooks read.
@@ -267,11 +289,6 @@ fn steady(renderer: &mut Renderer<'_>, scene: &Scene, pixel: Option<(u32, u32)>)
         (picture, stats, survey) = renderer.render_watched(&scene, Survey::new(scene.blend()))?;
     }
     Ok(Steady { scene, picture, stats, survey, pixel, notes })
-}
-
-/// The order that slices are blended in.
-fn order(scene: &Scene) -> Order {
-    if scene.blend() == Blend::Over && !scene.method().is_pre_integrated() { scene.order() } else { Order::FrontToBack }
 }
 
 /// Straight RGBA of a drawing.

@@ -134,7 +134,7 @@ impl SceneRecord {
             Blend::Lmip { threshold } => ("lmip", Some(threshold)),
             Blend::Iso { level } => ("iso", Some(level)),
         };
-        let unit = scene.opacity_unit().unwrap_or_else(|| volume.grid().smallest_spacing());
+        let unit = scene.transfer().opacity_length(volume.grid());
         let b = scene.background();
         Self {
             volume: volume.name().to_owned(),
@@ -148,7 +148,7 @@ impl SceneRecord {
             background: [b.rgb[0], b.rgb[1], b.rgb[2], b.alpha],
             blend,
             level,
-            order: if super::order(scene) == Order::BackToFront { "back-to-front" } else { "front-to-back" },
+            order: if scene.blending_order() == Order::BackToFront { "back-to-front" } else { "front-to-back" },
             terminate: scene.terminate(),
             opacity_unit: unit,
             ratio: stack.spacing / unit,

@@ -2,7 +2,7 @@ use super::*;
 use crate::fragment::Batch;
 use crate::raster::Resolve;
 use crate::scene::{
-    Accumulation, Camera, Classification, ClipPlane, Ends, Filter, Fog, FogDistance, FogMode, FogWeighting, Placement, Projection,
+    Accumulation, Camera, Classification, ClipPlane, Ends, Filter, Fog, FogDistance, FogMode, FogWeighting, Order, Placement, Projection,
     SampleAt, SlabForm, Straight, Target, TransferFunction,
 };
 use crate::volume::phantom::Phantom;

@@ -128,8 +128,7 @@ impl Needs {
         let fog = extra(scene.fog()).filter(|_| colors);
         let literal = fog.is_some_and(|f| f.weighting() == FogWeighting::Literal);
         let method = method(scene);
-        // Values before and behind a slab come in the order of the ray.
-        let order = if blend == BlendKind::Over && !method.is_pre_integrated() { scene.order() } else { Order::FrontToBack };
+        let order = scene.blending_order();
         let compensated = match method.accumulation {
             _ if method.slab == SlabForm::Riemann || method.target == Target::Unorm8 => false,
             Accumulation::Auto => stack.count >= Accumulation::MANY,
@@ -311,7 +310,7 @@ pub(crate) fn method(scene: &Scene) -> Method {
     let method = scene.method();
     match scene.blend() {
         // Farthest first, nobody knows how much light a slab's comes through.
-        Blend::Over => Method { merge: method.merge && scene.order() == Order::FrontToBack, ..method },
+        Blend::Over => Method { merge: method.merge && scene.blending_order() == Order::FrontToBack, ..method },
         // Nothing is hidden, so nothing is rounded on the way.
         Blend::Add => Method { target: Target::F32, merge: false, ..method },
         _ => Method { filter: method.filter, ends: method.ends, sample: method.sample, ..Method::default() },

@@ -94,7 +94,7 @@ impl Renderer<'_> {
         let VolumeData { bricks, scaling, .. } = prepared;
         let stack = Stack::new(volume.grid(), view, scene.clip_planes(), count);
         let transfer_data = shot.clock.prepare(|| {
-            let unit = scene.opacity_unit().unwrap_or_else(|| volume.grid().smallest_spacing());
+            let unit = scene.transfer().opacity_length(volume.grid());
             let ratio = if stack.is_empty() { 1.0 } else { stack.spacing / unit };
             let method = plan::method(scene);
             let slab = Slab { ratio, form: method.slab };

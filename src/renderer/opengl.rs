@@ -29,7 +29,7 @@ impl Renderer<'_> {
         let method = scene.method();
         let (table, kept) = clock.prepare(|| {
             let values = opengl::Values::of(volume);
-            let unit = scene.opacity_unit().unwrap_or_else(|| volume.grid().smallest_spacing());
+            let unit = scene.transfer().opacity_length(volume.grid());
             let ratio = if stack.is_empty() { 1.0 } else { stack.spacing / unit };
             let table = opengl::Table::new(scene.transfer(), &values, ratio, state, method.target);
             let classified = method.classification == Classification::Pre;
@@ -51,7 +51,7 @@ impl Renderer<'_> {
             table: &table,
             stack: &stack,
             fog: scene.fog(),
-            order: scene.order(),
+            order: scene.blending_order(),
             clear: background(scene),
             target: method.target,
         };

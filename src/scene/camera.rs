@@ -15,6 +15,7 @@ use glam::{DQuat, DVec3};
 
 /// How depth meets the picture plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub enum Projection {
     /// Parallel rays; `height` of the view in world units, or fitted to the box.
     Orthographic {

@@ -6,6 +6,7 @@ use crate::{Error, Result};
 
 /// When values become colours.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum Classification {
     /// Interpolate between voxels, then classify the value.
     #[default]
@@ -20,6 +21,7 @@ pub enum Classification {
 
 /// What a lookup between voxels gives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum Filter {
     /// Trilinear interpolation of the eight voxels around.
     #[default]
@@ -30,6 +32,7 @@ pub enum Filter {
 
 /// What a slab's extinction kappa and length L become.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum SlabForm {
     /// Opacity 1 - exp(-kappa L): exact for constant kappa, stable for any.
     #[default]
@@ -40,6 +43,7 @@ pub enum SlabForm {
 
 /// Where in its slab a value is taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum SampleAt {
     /// In the middle: of second order.
     #[default]
@@ -60,6 +64,7 @@ pub enum Ends {
 
 /// Numbers that fragments are blended in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum Target {
     /// 32-bit floats.
     #[default]
@@ -72,6 +77,7 @@ pub enum Target {
 
 /// How sums over many slices are kept in f32.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum Accumulation {
     /// Compensated from [`Accumulation::MANY`] slices on, plain below.
     #[default]
@@ -88,7 +94,15 @@ impl Accumulation {
 }
 
 /// All of these choices together.
+///
+/// ```
+/// use slicestack::scene::{Classification, Method};
+///
+/// let method = Method::default().with_classification(Classification::PreIntegrated).with_extrapolate(true);
+/// assert!(method.is_pre_integrated());
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub struct Method {
     /// When values become colours.
     pub classification: Classification,
@@ -111,6 +125,69 @@ pub struct Method {
 }
 
 impl Method {
+    /// The method with values that become colours at another time.
+    #[must_use]
+    pub const fn with_classification(mut self, classification: Classification) -> Self {
+        self.classification = classification;
+        self
+    }
+
+    /// The method with another lookup between voxels.
+    #[must_use]
+    pub const fn with_filter(mut self, filter: Filter) -> Self {
+        self.filter = filter;
+        self
+    }
+
+    /// The method with another form of slabs.
+    #[must_use]
+    pub const fn with_slab(mut self, slab: SlabForm) -> Self {
+        self.slab = slab;
+        self
+    }
+
+    /// The method with values from another place in each slab.
+    #[must_use]
+    pub const fn with_sample(mut self, sample: SampleAt) -> Self {
+        self.sample = sample;
+        self
+    }
+
+    /// The method with outermost fragments that stand for something else.
+    #[must_use]
+    pub const fn with_ends(mut self, ends: Ends) -> Self {
+        self.ends = ends;
+        self
+    }
+
+    /// The method that blends fragments in other numbers.
+    #[must_use]
+    pub const fn with_target(mut self, target: Target) -> Self {
+        self.target = target;
+        self
+    }
+
+    /// The method that keeps its sums another way.
+    #[must_use]
+    pub const fn with_accumulation(mut self, accumulation: Accumulation) -> Self {
+        self.accumulation = accumulation;
+        self
+    }
+
+    /// The method with or without extrapolation to infinitely many slices.
+    #[must_use]
+    pub const fn with_extrapolate(mut self, extrapolate: bool) -> Self {
+        self.extrapolate = extrapolate;
+        self
+    }
+
+    /// The method that lets three slabs or nine be one, or does not.
+    #[must_use]
+    pub const fn with_merge(mut self, merge: bool) -> Self {
+        self.merge = merge;
+        self
+    }
+
     /// Whether values on both sides of a slab are looked at.
     pub fn is_pre_integrated(&self) -> bool {
         matches!(self.classification, Classification::PreIntegrated | Classification::SecondOrder)

@@ -7,9 +7,9 @@ mod colormap;
 #[cfg(feature = "scene-file")]
 mod file;
 mod fog;
-mod looks;
 mod method;
 mod opengl;
+mod phantom_transfer;
 pub mod preset;
 mod transfer;
 
@@ -38,6 +38,7 @@ pub const MAX_SLICES: u64 = 1 << 24;
 
 /// How many slices, and how they meet.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub enum Slicing {
     /// This many slices through the box's depth range.
     Count(u64),
@@ -59,6 +60,7 @@ pub enum Order {
 
 /// How fragments of one pixel combine.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
 pub enum Blend {
     /// Emission and absorption: premultiplied over.
     #[default]
@@ -95,7 +97,6 @@ pub struct Scene {
     height: u32,
     background: Straight,
     transfer: TransferFunction,
-    opacity_unit: Option<f64>,
     slicing: Slicing,
     order: Order,
     terminate: f32,
@@ -116,7 +117,6 @@ impl Scene {
             height: 512,
             background: Straight::default(),
             transfer,
-            opacity_unit: None,
             slicing: Slicing::Count(256),
             order: Order::FrontToBack,
             terminate: 1.0 / 1024.0,
@@ -163,22 +163,20 @@ impl Scene {
         Ok(self)
     }
 
-    /// The scene through another transfer function.
+    /// The scene through another transfer function, with the length that its opacities refer to.
     #[must_use]
     pub fn with_transfer(mut self, transfer: TransferFunction) -> Self {
         self.transfer = transfer;
         self
     }
 
-    /// The scene with opacities meant per `length` world units instead of per smallest voxel spacing.
+    /// The scene whose transfer function has opacities per `length` world units: [`TransferFunction::with_unit`] on the one it
+    /// has now. [`Scene::with_transfer`], called afterwards, brings another function with its own length.
     ///
     /// # Errors
     /// [`Error::Invalid`] when `length` is not positive and finite.
     pub fn with_opacity_unit(mut self, length: f64) -> Result<Self> {
-        if !(length > 0.0 && length.is_finite()) {
-            return Err(Error::invalid(format!("transfer opacity_unit {length}: must be positive and finite")));
-        }
-        self.opacity_unit = Some(length);
+        self.transfer = self.transfer.with_unit(length)?;
         Ok(self)
     }
 
@@ -333,19 +331,23 @@ impl Scene {
         &self.transfer
     }
 
-    /// Reference length of opacities in world units, where the scene gives one.
-    pub fn opacity_unit(&self) -> Option<f64> {
-        self.opacity_unit
-    }
-
     /// How many slices.
     pub fn slicing(&self) -> Slicing {
         self.slicing
     }
 
-    /// Which way they are blended.
+    /// Which slice is to be blended first, as the scene asks for it. See [`Scene::blending_order`].
     pub fn order(&self) -> Order {
         self.order
+    }
+
+    /// Which slice is blended first in fact: [`Scene::order`] where colours are blended over each other slice by slice.
+    ///
+    /// Projections, and slabs that are integrated between the values on their two sides, take values in the order in which
+    /// rays meet them, so for them it is front to back whatever the scene asks for. Sums ([`Blend::Add`]) do not depend on the
+    /// order; they are front to back too.
+    pub fn blending_order(&self) -> Order {
+        if self.blend == Blend::Over && !self.method.is_pre_integrated() { self.order } else { Order::FrontToBack }
     }
 
     /// Transmittance below which a pixel is finished; 0 = never.
@@ -377,6 +379,7 @@ impl Scene {
     pub fn method(&self) -> Method {
         self.method
     }
+
     /// State of the OpenGL pipeline, where that draws the scene.
     pub fn opengl(&self) -> Option<&OpenGl> {
         self.opengl.as_ref()

@@ -1,4 +1,4 @@
-//! How the built-in volumes look at their best.
+//! The transfer functions of the built-in volumes.
 
 use super::TransferFunction;
 use crate::volume::phantom::Phantom;
@@ -7,16 +7,14 @@ use crate::volume::phantom::Phantom;
 type Points = (&'static [(f64, [f64; 3])], &'static [(f64, f64)]);
 
 impl Phantom {
-    /// A transfer function in the phantom's units that shows it well, its opacities per [`Phantom::opacity_unit`].
-    pub fn default_transfer(self) -> TransferFunction {
+    /// A transfer function in the phantom's units that shows it well when it is sampled with `size` voxels along each axis.
+    ///
+    /// Its opacities are per 1/128 of the side of the box (`size` world units, as [`Phantom::volume`] makes it), so that a phantom
+    /// looks the same at every size. A size of 0, of which there is no volume, counts as 1.
+    pub fn default_transfer(self, size: usize) -> TransferFunction {
         let (color, opacity) = points(self);
-        TransferFunction::new(color.to_vec(), opacity.to_vec()).expect("the points below are in order and within [0,1]")
-    }
-
-    /// The reference length that [`Phantom::default_transfer`] is made for, in world units: 1/128 of the side of the box, so
-    /// that a phantom looks the same at every size.
-    pub fn opacity_unit(size: usize) -> f64 {
-        size as f64 / 128.0
+        let transfer = TransferFunction::new(color.to_vec(), opacity.to_vec()).and_then(|t| t.with_unit(size.max(1) as f64 / 128.0));
+        transfer.expect("the points below are in order and within [0,1], and the length is positive")
     }
 }
 
