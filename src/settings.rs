@@ -3,7 +3,7 @@
 use crate::Level;
 use std::sync::Arc;
 
-/// What may be taken from the machine.
+/// How much one volume may take: memory, and bytes of a header.
 ///
 /// ```
 /// use slicestack::Limits;
@@ -23,7 +23,7 @@ pub struct Limits {
     /// `u64::MAX` none.
     ///
     /// A mapped file must not be cut short while the volume lives: the system then ends the process with SIGBUS (on Windows it
-    /// refuses the cut). Have files read that others rewrite in place, or that lie on a network's disk that may go away.
+    /// refuses the cut). Let files be read instead that others rewrite in place, or that lie on a network drive that may go away.
     pub map_bytes: u64,
 }
 

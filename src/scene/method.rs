@@ -1,6 +1,7 @@
-//! How a ray's integral is turned into sums: what is sampled where, what a slab is taken for, and in what numbers slabs add up.
+//! How the integral along a ray is turned into a sum over slabs: where values are taken, how a slab's opacity is computed, and in
+//! which numbers slabs add up.
 //!
-//! The default is the best of them for most scenes; the others are for comparison, for teaching, and for the scenes they suit.
+//! The default is the best choice for most scenes; the others are for comparison, for teaching, and for the scenes they suit.
 
 use crate::{Error, Result};
 
@@ -30,7 +31,7 @@ pub enum Filter {
     Nearest,
 }
 
-/// What a slab's extinction kappa and length L become.
+/// How the opacity of a slab is computed from its extinction kappa and its length L.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum SlabForm {
@@ -84,7 +85,7 @@ pub enum Accumulation {
     Auto,
     /// One f32 a component: errors grow with the number of slices, and opacities below 2^-25 vanish.
     Plain,
-    /// An f32 and what it has lost so far: as good for a million slices as for ten.
+    /// An f32 and what rounding has taken from it so far: as exact for a million slices as for ten.
     Compensated,
 }
 
@@ -108,7 +109,7 @@ pub struct Method {
     pub classification: Classification,
     /// What a lookup between voxels gives.
     pub filter: Filter,
-    /// What a slab's extinction becomes.
+    /// How the opacity of a slab is computed.
     pub slab: SlabForm,
     /// Where in its slab a value is taken.
     pub sample: SampleAt,

@@ -11,6 +11,8 @@ mod method;
 mod opengl;
 mod phantom_transfer;
 pub mod preset;
+#[cfg(test)]
+mod tests;
 mod transfer;
 
 pub use camera::{Camera, Placement, Projection, View};
@@ -36,7 +38,7 @@ pub const MAX_SIDE: u32 = 1 << 15;
 /// Most slices of one picture.
 pub const MAX_SLICES: u64 = 1 << 24;
 
-/// How many slices, and how they meet.
+/// How many slices a picture is made of.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Slicing {
@@ -291,7 +293,7 @@ impl Scene {
         self.agreed()
     }
 
-    /// The scene, if the profile can do what it asks for.
+    /// The scene itself, unless it asks for what its profile does not have.
     fn agreed(self) -> Result<Self> {
         let m = &self.method;
         let plain = Method { classification: m.classification, filter: m.filter, target: m.target, ends: m.ends, ..Method::default() };

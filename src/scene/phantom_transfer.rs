@@ -20,7 +20,7 @@ impl Phantom {
 
 fn points(phantom: Phantom) -> Points {
     match phantom {
-        // Thin shells around the middle value: the rings as a landscape.
+        // Thin shells around the middle value: the crests of the rings.
         Phantom::MarschnerLobb => (
             &[
                 (0.0, [0.05, 0.1, 0.4]),
@@ -42,7 +42,7 @@ fn points(phantom: Phantom) -> Points {
             ],
             &[(0.002, 0.0), (0.02, 0.012), (0.08, 0.03), (0.2, 0.12), (1.0, 0.6)],
         ),
-        // Skull as glass, brain as haze, the small bodies solid.
+        // The skull translucent, the brain faint, the small ellipsoids dense.
         Phantom::SheppLogan => (
             &[
                 (0.1, [0.25, 0.45, 0.9]),
@@ -54,7 +54,7 @@ fn points(phantom: Phantom) -> Points {
             ],
             &[(0.0, 0.0), (0.02, 0.004), (0.18, 0.012), (0.27, 0.012), (0.29, 0.2), (0.31, 0.2), (0.33, 0.004), (0.9, 0.02), (1.0, 0.05)],
         ),
-        // A solid core in a halo.
+        // A dense core in a translucent halo.
         Phantom::DistanceField => (
             &[
                 (-0.14, [1.0, 0.95, 0.75]),

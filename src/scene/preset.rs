@@ -84,7 +84,7 @@ impl Landmarks {
 type Colors = &'static [(f64, [f64; 3])];
 type Opacities = &'static [(f64, f64)];
 
-/// Where a preset's numbers stand.
+/// What the values of a preset's points mean, and the length that its opacities refer to.
 enum Scale {
     /// Hounsfield units, opacity per mm.
     Hounsfield,

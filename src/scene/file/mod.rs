@@ -86,7 +86,8 @@ pub struct SceneFile {
     places: Places,
     base: PathBuf,
     source: VolumeSource,
-    shell: Scene,
+    /// The scene as far as it is known without the data.
+    partial: Scene,
 }
 
 impl SceneFile {
@@ -121,8 +122,8 @@ impl SceneFile {
     fn build(text: &str, file: Option<&Path>, base: &Path, overrides: &Overrides) -> Result<Self> {
         let (document, places) = table::document(text, file, overrides)?;
         let cx = Context { document: &document, places: &places, base };
-        let (source, shell) = (document.volume.source(&cx)?, document.before_data(&cx)?);
-        Ok(Self { base: base.to_path_buf(), source, shell, document, places })
+        let (source, partial) = (document.volume.source(&cx)?, document.before_data(&cx)?);
+        Ok(Self { base: base.to_path_buf(), source, partial, document, places })
     }
 
     /// The volume that the scene is about.
@@ -138,9 +139,9 @@ impl SceneFile {
     pub fn to_scene(&self, volume: &Volume) -> Result<(Scene, Vec<String>)> {
         let d = &self.document;
         let cx = Context { document: d, places: &self.places, base: &self.base };
-        let mut data = Data { volume, scene: self.shell.clone(), warnings: Vec::new() };
+        let mut data = Data { volume, scene: self.partial.clone(), warnings: Vec::new() };
         d.transfer.finish(&cx, &mut data)?;
-        data.scene = data.scene.with_camera(d.camera.camera(&cx, volume.grid(), self.shell.size())?);
+        data.scene = data.scene.with_camera(d.camera.camera(&cx, volume.grid(), self.partial.size())?);
         d.render.finish(&mut data)?;
         d.slices.finish(&mut data);
         let Data { scene, mut warnings, .. } = data;

@@ -67,7 +67,7 @@ impl SliceKeys {
 
     /// Refuses to merge slabs of a scene whose other sections leave no room for it.
     pub(super) fn check_merge(&self, cx: &Context<'_>, scene: &Scene) -> Result<()> {
-        let back = self.merge == Some(true) && scene.order() == Order::BackToFront;
+        let back = self.merge == Some(true) && scene.blending_order() == Order::BackToFront;
         cx.refuse(&[("slices.merge", back)], "is for slices blended front to back: it goes by the light that they still get through")
     }
 

@@ -228,6 +228,18 @@ fn files_are_read_and_named() {
     std::fs::write(&path, "[volume]\npath = \"v.nrrd\"\n\n[image]\nwidth = 0\n").expect("write");
     let line = SceneFile::read(&path, &Overrides::default()).expect_err("width").to_string();
     assert_eq!(line, format!("{}: line 5: image width 0: must lie between 1 and 32768", path.display()));
+    // A flag is at fault, not the file.
+    std::fs::write(&path, PHANTOM).expect("write");
+    for (flags, want) in [
+        (&[("slices.count", "3"), ("slices.spacing", "1")][..], "--slices.count: slices.spacing or slices.tolerance is given too"),
+        (&[("render.level", "3")], "--render.level: is for render.blend = \"iso\" alone"),
+        (&[("transfer.opacity_unit", "-3")], "--transfer.opacity_unit -3: must be positive and finite"),
+    ] {
+        let mut overrides = Overrides::default();
+        flags.iter().for_each(|&(k, v)| overrides.set(k, v));
+        let line = SceneFile::read(&path, &overrides).expect_err("flag").to_string();
+        assert!(line.starts_with(want), "{line}");
+    }
     std::fs::write(&path, b"\xff\xfe").expect("write");
     assert!(SceneFile::read(&path, &Overrides::default()).expect_err("bytes").to_string().contains("byte 0 is no text"));
     assert!(SceneFile::read(dir.path().join("none.toml"), &Overrides::default()).is_err());
