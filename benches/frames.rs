@@ -8,10 +8,9 @@ mod scenes;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use scenes::{Share, block, classified, fog, haze, head, mist, perspective, shells, signal, skull};
-use slicestack::lanes::Level;
 use slicestack::scene::{Blend, Classification, FogDistance, Order, Slicing};
 use slicestack::volume::VoxelType;
-use slicestack::{Renderer, Result, Scene, Settings, Volume};
+use slicestack::{Level, Renderer, Result, Scene, Settings, Volume};
 use std::hint::black_box;
 
 const SIZE: usize = 128;
@@ -19,7 +18,7 @@ const SIDE: u32 = 256;
 const COUNT: u64 = 256;
 
 fn bench(c: &mut Criterion, group: &str, name: &str, volume: &Volume, scene: &Scene, level: Level) -> Result<()> {
-    let settings = Settings { level: Some(level), threads: Some(1), ..Settings::default() };
+    let settings = Settings::new().level(level).threads(1);
     let mut renderer = Renderer::new(volume, settings);
     let (_, stats) = renderer.render(scene)?;
     let mut group = c.benchmark_group(group);

@@ -11,8 +11,7 @@
 mod scenes;
 
 use scenes::{CASES, Case, case};
-use slicestack::lanes::Level;
-use slicestack::{Renderer, Settings};
+use slicestack::{Level, Renderer, Settings};
 use std::error::Error;
 use std::hint::black_box;
 
@@ -50,7 +49,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         return Err("usage: instructions frames|stages LEVEL [CASE...]".into());
     };
     let level = Level::from_name(level).ok_or_else(|| format!("vector level {level}: not on this machine"))?;
-    let settings = Settings { level: Some(level), threads: Some(1), ..Settings::default() };
+    let settings = Settings::new().level(level).threads(1);
     let names: Vec<&str> = if names.is_empty() { CASES.to_vec() } else { names.iter().map(String::as_str).collect() };
     if what == "stages" {
         println!("- mark {:x}", mark as fn() as usize);

@@ -10,10 +10,9 @@ mod scenes;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use scenes::{block, classified, fog, haze, mist, perspective, shells, signal, target};
 use slicestack::bench::StageRun;
-use slicestack::lanes::Level;
 use slicestack::scene::{Blend, Classification, FogDistance, Order, Target};
 use slicestack::volume::VoxelType;
-use slicestack::{Renderer, Result, Scene, Settings, Volume};
+use slicestack::{Level, Renderer, Result, Scene, Settings, Volume};
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
@@ -38,7 +37,7 @@ fn time(stage: &mut StageRun<'_>, runs: u64) -> Duration {
 
 /// Benches the stages of `scene` called `names`, all of them without names.
 fn bench(c: &mut Criterion, name: &str, names: &[&str], volume: &Volume, scene: &Scene, level: Level) -> Result<()> {
-    let mut renderer = Renderer::new(volume, Settings { level: Some(level), ..Settings::default() });
+    let mut renderer = Renderer::new(volume, Settings::new().level(level));
     for mut stage in slicestack::bench::stages(&mut renderer, scene)? {
         if !names.is_empty() && !names.contains(&stage.name()) {
             continue;
@@ -55,7 +54,7 @@ fn bench(c: &mut Criterion, name: &str, names: &[&str], volume: &Volume, scene: 
 /// The stages of `scene` that none of the `plain` scene's is called like.
 fn new_stages(plain: &Scene, scene: &Scene, volume: &Volume) -> Result<Vec<&'static str>> {
     let list = |scene: &Scene| -> Result<BTreeSet<(&'static str, usize)>> {
-        let mut renderer = Renderer::new(volume, Settings { level: Some(Level::SCALAR), ..Settings::default() });
+        let mut renderer = Renderer::new(volume, Settings::new().level(Level::SCALAR));
         Ok(slicestack::bench::addresses(&mut renderer, scene)?.into_iter().collect())
     };
     Ok(list(scene)?.difference(&list(plain)?).map(|&(name, _)| name).collect())

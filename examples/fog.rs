@@ -15,10 +15,9 @@ pub(crate) fn run(folder: &Path) -> Result<()> {
     let color = [0.75, 0.78, 0.82];
     let camera =
         Camera::new(Placement::Orbit { azimuth: 30.0, elevation: 25.0, roll: 0.0, zoom: 1.7 }, Projection::Perspective { fov_y: 30.0 })?;
-    let scene = Scene::new(Phantom::DistanceField.default_transfer())
+    let scene = Scene::new(Phantom::DistanceField.default_transfer(96))
         .with_camera(camera)
         .with_size(384, 384)?
-        .with_opacity_unit(Phantom::opacity_unit(96))?
         // The fog's own colour behind the volume, so that what is far away fades into it.
         .with_background(Straight { rgb: color, alpha: 1.0 })?;
 

@@ -143,9 +143,10 @@ pub(crate) fn render(path: &Path, out: Option<&Path>, frames: u32, start: Instan
     // Voxels of u8 hold a sixteenth of the value.
     let slope = if volume.voxels().voxel_type() == VoxelType::U8 { 16.0 } else { 1.0 };
     let volume = volume.with_rescale(slope, f64::from(-OFFSET))?;
-    let preset = Preset::CtSkinBone.transfer(&volume)?;
+    // Opacities per centimetre instead of the preset's millimetre: the body is large, and should be translucent.
+    let transfer = Preset::CtSkinBone.transfer(&volume)?.with_unit(10.0)?;
     let depth = volume.grid().dims()[0] as u64;
-    let scene = Scene::new(preset.transfer).with_size(512, 512)?.with_slices(Slicing::Count(depth))?.with_opacity_unit(10.0)?;
+    let scene = Scene::new(transfer).with_size(512, 512)?.with_slices(Slicing::Count(depth))?;
     let projection = Projection::Orthographic { height: Some(2.1 * volume.grid().radius()) };
     let mut renderer = Renderer::new(&volume, Settings::default());
     println!("opened after {opened:.3} s: {:?}", volume.voxels());

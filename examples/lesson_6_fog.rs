@@ -14,8 +14,7 @@ const SIDE: u32 = 200;
 
 pub(crate) fn run(out: &Path) -> Result<()> {
     let volume = Phantom::DistanceField.volume(64)?;
-    let scene = Scene::new(Phantom::DistanceField.default_transfer())
-        .with_opacity_unit(Phantom::opacity_unit(64))?
+    let scene = Scene::new(Phantom::DistanceField.default_transfer(64))
         .with_camera(Camera::orbit(30.0, 25.0)?)
         .with_slices(Slicing::Count(128))?
         .with_background(Straight { rgb: [0.05, 0.05, 0.08], alpha: 1.0 })?

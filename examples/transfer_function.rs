@@ -28,12 +28,9 @@ fn shells(volume: &Volume, shares: &[f64]) -> Result<TransferFunction> {
 }
 
 pub(crate) fn run(out: &Path, volume: &Volume) -> Result<()> {
-    let transfer = shells(volume, &[0.6, 0.8, 0.9, 0.96, 0.99, 0.998])?;
-    let scene = Scene::new(transfer)
-        .with_size(384, 384)?
-        // Opacities are meant per hundredth of the box's diagonal here: the picture does not depend on the voxels' size.
-        .with_opacity_unit(volume.grid().radius() / 50.0)?
-        .with_background(Straight { rgb: [0.02, 0.02, 0.05], alpha: 1.0 })?;
+    // Opacities are meant per hundredth of the box's diagonal here: the picture does not depend on the voxels' size.
+    let transfer = shells(volume, &[0.6, 0.8, 0.9, 0.96, 0.99, 0.998])?.with_unit(volume.grid().radius() / 50.0)?;
+    let scene = Scene::new(transfer).with_size(384, 384)?.with_background(Straight { rgb: [0.02, 0.02, 0.05], alpha: 1.0 })?;
     slicestack::render(volume, &scene)?.save(out, Depth::Eight)
 }
 

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 pub(crate) fn run(folder: &Path, frames: u32) -> Result<()> {
     let volume = Phantom::DistanceField.volume(96)?;
-    let scene = Scene::new(Phantom::DistanceField.default_transfer()).with_size(320, 320)?.with_opacity_unit(Phantom::opacity_unit(96))?;
+    let scene = Scene::new(Phantom::DistanceField.default_transfer(96)).with_size(320, 320)?;
     // A height given once: every frame has the same scale, whatever the box looks like from there.
     let projection = Projection::Orthographic { height: Some(1.5 * volume.grid().radius()) };
 

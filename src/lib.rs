@@ -25,17 +25,17 @@
 //! # A picture in five lines
 //!
 //! ```
-//! # fn main() -> slicestack::Result<()> {
 //! use slicestack::volume::phantom::Phantom;
 //! use slicestack::{Scene, render};
 //!
-//! let volume = Phantom::SheppLogan.volume(32)?; // or Volume::open("head.nrrd")?
-//! let scene = Scene::new(Phantom::SheppLogan.default_transfer()).with_size(64, 64)?;
-//! let picture = render(&volume, &scene)?; // picture.save("head.png", Depth::Eight)? writes it
-//! assert_eq!(picture.pixel(0, 0), [0.0; 4]); // beside the head: nothing
-//! assert!(picture.pixel(32, 32)[3] > 0.1); // through it: something
-//! # Ok(())
-//! # }
+//! fn main() -> slicestack::Result<()> {
+//!     let volume = Phantom::SheppLogan.volume(32)?; // or Volume::open("head.nrrd")?
+//!     let scene = Scene::new(Phantom::SheppLogan.default_transfer(32)).with_size(64, 64)?;
+//!     let picture = render(&volume, &scene)?; // picture.save("head.png", Depth::Eight)? writes it
+//!     assert_eq!(picture.pixel(0, 0), [0.0; 4]); // beside the head: nothing
+//!     assert!(picture.pixel(32, 32)[3] > 0.1); // through it: something
+//!     Ok(())
+//! }
 //! ```
 //!
 //! # Where things are
@@ -47,7 +47,7 @@
 //! | draw as OpenGL 1.x does, bit depth by bit depth | [`scene::OpenGl`], [`Scene::with_opengl`] |
 //! | read a scene file | [`scene::SceneFile`] |
 //! | make one picture, or many of one volume | [`render`], [`Renderer`] |
-//! | bound memory, count threads, hear of progress | [`Settings`] |
+//! | bound memory, choose threads and vector level, hear of progress | [`Settings`], [`Limits`], [`Level`] |
 //! | see how a picture comes about, step by step | [`explain`](mod@explain) |
 //! | write a picture | [`Picture::save`](picture::Picture::save), [`picture::Format`] |
 //! | know the truth without slices | [`reference`](mod@reference) |
@@ -63,9 +63,20 @@
 //!
 //! # Features
 //!
-//! All are on by default: `cli` (the command), `scene-file` (TOML and JSON scenes), `formats` (readers), `encoders` (writers), `explain`
-//! (teaching pages), `study` (error against run time, and proof of stability).
-//! `default-features = false` leaves the renderer, its scenes and the built-in volumes.
+//! All but `conformance` are on by default, because the command needs them:
+//!
+//! | feature | adds |
+//! |---|---|
+//! | `formats` | readers for NRRD, NIfTI, MetaImage, VTK, NumPy and raw files |
+//! | `scene-file` | scenes as TOML or JSON, and their schema; takes `formats` with it |
+//! | `encoders` | PNG, NumPy and OpenEXR files of a picture |
+//! | `explain` | teaching pages; takes `encoders` with it |
+//! | `study` | error against run time, and proof of stability; takes `encoders` with it |
+//! | `cli` | the command `slicestack`, with all of the above |
+//! | `conformance` | nothing in the library: a test and a bench against a real OpenGL |
+//!
+//! `slicestack = { version = "0.1", default-features = false }` is the light library: the renderer, its scenes and the built-in
+//! volumes, without the command and what it depends on (no `clap`). Any of the features can be added to it alone.
 
 #[doc(hidden)]
 pub mod bench;
@@ -74,7 +85,7 @@ mod error;
 #[cfg(feature = "explain")]
 pub mod explain;
 mod fragment;
-pub mod lanes;
+mod lanes;
 mod lean;
 mod opengl;
 pub mod picture;
@@ -92,6 +103,7 @@ mod tally;
 pub mod volume;
 
 pub use error::{Error, Result};
+pub use lanes::Level;
 pub use picture::Picture;
 #[cfg(feature = "encoders")]
 pub use picture::{Depth, Format};

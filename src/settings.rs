@@ -1,11 +1,19 @@
 //! How to run: threads, tiles, vector level, limits, progress. Nothing here may change a pixel.
 
-use crate::lanes::Level;
+use crate::Level;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// What may be taken from the machine.
+/// How much one volume may take: memory, and bytes of a header.
+///
+/// ```
+/// use slicestack::Limits;
+///
+/// let limits = Limits::new().voxel_bytes(4 << 30).map_bytes(u64::MAX); // at most 4 GiB of voxels, every file read
+/// assert_eq!(limits.header_bytes, Limits::default().header_bytes);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Limits {
     /// Most bytes the voxels of one volume may take.
     pub voxel_bytes: u64,
@@ -16,25 +24,62 @@ pub struct Limits {
     /// `u64::MAX` none.
     ///
     /// A mapped file must not be cut short while the volume lives: the system then ends the process with SIGBUS (on Windows it
-    /// refuses the cut). Have files read that others rewrite in place, or that lie on a network's disk that may go away.
+    /// refuses the cut). Let files be read instead that others rewrite in place, or that lie on a network drive that may go away.
     pub map_bytes: u64,
 }
 
-impl Default for Limits {
+impl Limits {
     /// 16 GiB of voxels, 1 MiB of header; files of 16 MiB of voxels and more are mapped.
-    fn default() -> Self {
+    pub const fn new() -> Self {
         Self { voxel_bytes: 16 << 30, header_bytes: 1 << 20, map_bytes: 16 << 20 }
+    }
+
+    /// The limits with another most for the bytes of a volume's voxels.
+    #[must_use]
+    pub const fn voxel_bytes(mut self, bytes: u64) -> Self {
+        self.voxel_bytes = bytes;
+        self
+    }
+
+    /// The limits with another most for the bytes of a header.
+    #[must_use]
+    pub const fn header_bytes(mut self, bytes: u64) -> Self {
+        self.header_bytes = bytes;
+        self
+    }
+
+    /// The limits with files mapped from another number of bytes on: see [`Limits::map_bytes`](field@Limits::map_bytes).
+    #[must_use]
+    pub const fn map_bytes(mut self, bytes: u64) -> Self {
+        self.map_bytes = bytes;
+        self
     }
 }
 
-/// Hears how far a long task is, and may stop it. Called from any thread.
+impl Default for Limits {
+    /// [`Limits::new`].
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Is told how far a long task has come, and may stop it. Called from any thread.
 pub trait Progress: Send + Sync {
     /// `done` of `total` steps of the task `what` are over. Returning `false` stops the work with [`crate::Error::Stopped`].
     fn step(&self, what: &str, done: u64, total: u64) -> bool;
 }
 
 /// How a picture is made. No field changes a byte of it.
+///
+/// ```
+/// use slicestack::{Level, Settings};
+///
+/// let settings = Settings::new().threads(2).tile(64).level(Level::SCALAR);
+/// assert_eq!(settings.threads, Some(2));
+/// assert_eq!(settings.threads(None).threads, None); // one per core again
+/// ```
 #[derive(Clone, Default)]
+#[non_exhaustive]
 pub struct Settings {
     /// Worker threads; `None` takes one per core.
     pub threads: Option<usize>,
@@ -44,10 +89,60 @@ pub struct Settings {
     pub level: Option<Level>,
     /// Limits on memory.
     pub limits: Limits,
-    /// Whether the error of a picture of a given slice count is estimated, from a second picture of twice as many slices.
+    /// Whether the error of a picture is estimated where the scene gives the number of slices. It takes a second picture of twice
+    /// as many slices.
     pub estimate: bool,
-    /// Who hears about progress.
+    /// Who is told about progress.
     pub progress: Option<Arc<dyn Progress>>,
+}
+
+impl Settings {
+    /// A thread per core, the tile and the vector level that are fastest, the default limits; no error estimate, nobody told.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// The settings with so many worker threads; `None` takes one per core.
+    #[must_use]
+    pub fn threads(mut self, threads: impl Into<Option<usize>>) -> Self {
+        self.threads = threads.into();
+        self
+    }
+
+    /// The settings with tiles of another side, in pixels; `None` lets the plan choose.
+    #[must_use]
+    pub fn tile(mut self, side: impl Into<Option<u32>>) -> Self {
+        self.tile = side.into();
+        self
+    }
+
+    /// The settings with another vector level; `None` takes the fastest this machine has.
+    #[must_use]
+    pub fn level(mut self, level: impl Into<Option<Level>>) -> Self {
+        self.level = level.into();
+        self
+    }
+
+    /// The settings with other limits on memory.
+    #[must_use]
+    pub fn limits(mut self, limits: Limits) -> Self {
+        self.limits = limits;
+        self
+    }
+
+    /// The settings with or without an estimate of the error.
+    #[must_use]
+    pub fn estimate(mut self, estimate: bool) -> Self {
+        self.estimate = estimate;
+        self
+    }
+
+    /// The settings with `progress` told how far the work has come.
+    #[must_use]
+    pub fn progress(mut self, progress: Arc<dyn Progress>) -> Self {
+        self.progress = Some(progress);
+        self
+    }
 }
 
 impl std::fmt::Debug for Settings {

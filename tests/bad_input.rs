@@ -45,7 +45,7 @@ impl Case {
     }
 
     fn limits(mut self, voxel_bytes: u64, header_bytes: u64) -> Self {
-        self.limits = Limits { voxel_bytes, header_bytes, ..Limits::default() };
+        self.limits = Limits::new().voxel_bytes(voxel_bytes).header_bytes(header_bytes);
         self
     }
 }

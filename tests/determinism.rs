@@ -4,8 +4,7 @@
 
 mod scenes;
 
-use slicestack::lanes::Level;
-use slicestack::{Renderer, Settings};
+use slicestack::{Level, Renderer, Settings};
 
 #[test]
 fn settings_never_change_a_byte() {
@@ -13,7 +12,7 @@ fn settings_never_change_a_byte() {
     assert!(samples.len() >= 40);
     for sample in &samples {
         let sha = |threads: usize, tile: u32, level: Level| {
-            let settings = Settings { threads: Some(threads), tile: Some(tile), level: Some(level), ..Settings::default() };
+            let settings = Settings::new().threads(threads).tile(tile).level(level);
             let (picture, stats) = Renderer::new(&sample.volume, settings).render(&sample.scene).unwrap();
             // The profile opengl has no vector code.
             let level = if sample.scene.opengl().is_some() { Level::SCALAR } else { level };

@@ -7,9 +7,8 @@
 
 mod scenes;
 
-use slicestack::lanes::Level;
 use slicestack::picture::{Depth, Format};
-use slicestack::{Picture, Renderer, Settings};
+use slicestack::{Level, Picture, Renderer, Settings};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::fs;
@@ -20,7 +19,7 @@ fn folder() -> PathBuf {
 }
 
 fn render(sample: &scenes::Sample) -> Picture {
-    let settings = Settings { level: Some(Level::SCALAR), ..Settings::default() };
+    let settings = Settings::new().level(Level::SCALAR);
     Renderer::new(&sample.volume, settings).render(&sample.scene).unwrap().0
 }
 

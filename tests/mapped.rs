@@ -14,8 +14,8 @@ use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
 const DIMS: [usize; 3] = [6, 5, 4];
-const MAP_ALL: Limits = Limits { voxel_bytes: 1 << 20, header_bytes: 1 << 16, map_bytes: 0 };
-const MAP_NONE: Limits = Limits { map_bytes: u64::MAX, ..MAP_ALL };
+const MAP_ALL: Limits = Limits::new().voxel_bytes(1 << 20).header_bytes(1 << 16).map_bytes(0);
+const MAP_NONE: Limits = MAP_ALL.map_bytes(u64::MAX);
 const NATIVE: Endian = if cfg!(target_endian = "big") { Endian::Big } else { Endian::Little };
 const OTHER: Endian = if cfg!(target_endian = "big") { Endian::Little } else { Endian::Big };
 
@@ -86,7 +86,7 @@ fn every_type_and_format_is_the_same_mapped_or_read() {
             save(&dir, "p.img", &sample.bytes(endian));
             assert_eq!(file("p.hdr", &nifti_header(&sample, endian, b"ni1\0")), lies, "NIfTI pair {kind} {endian:?}");
             for offset in [0u64, 8, 3] {
-                let spec = RawSpec { endian, offset, ..RawSpec::new(DIMS, kind) };
+                let spec = RawSpec::new(DIMS, kind).with_endian(endian).with_offset(offset);
                 let path = save(&dir, "b.raw", &join(&[&vec![7; offset as usize], &sample.bytes(endian)]));
                 let mapped = both(&sample, &format!("raw {kind} {endian:?} from {offset}"), |limits| io::read_raw(&path, &spec, limits));
                 assert_eq!(mapped, lies && (kind.bytes() == 1 || offset != 3), "raw {kind} {endian:?} from {offset}");
@@ -113,9 +113,9 @@ fn small_files_are_read_and_large_ones_mapped() {
     let dir = TempDir::new().unwrap();
     let sample = Sample::new(VoxelType::U16, DIMS);
     let path = save(&dir, "a.raw", &sample.bytes(NATIVE));
-    let spec = RawSpec { endian: NATIVE, ..RawSpec::new(DIMS, VoxelType::U16) };
+    let spec = RawSpec::new(DIMS, VoxelType::U16).with_endian(NATIVE);
     for (map_bytes, mapped) in [(239, true), (240, true), (241, false)] {
-        let volume = io::read_raw(&path, &spec, &Limits { map_bytes, ..MAP_ALL }).unwrap();
+        let volume = io::read_raw(&path, &spec, &MAP_ALL.map_bytes(map_bytes)).unwrap();
         assert_eq!(volume.voxels().is_mapped(), mapped, "240 bytes of voxels, mapped from {map_bytes}");
     }
 }
@@ -132,10 +132,10 @@ fn lying_files_are_refused_in_one_line() {
     let short = save(&dir, "a.nrrd", &whole[..whole.len() - 1]);
     refused(&short, &MAP_ALL, "6 x 5 x 4 voxels of f32 take 480 bytes, the file holds 479 after its header");
     let path = save(&dir, "a.nrrd", &whole);
-    refused(&path, &Limits { voxel_bytes: 479, ..MAP_ALL }, "480 is over the limit of 479");
+    refused(&path, &MAP_ALL.voxel_bytes(479), "480 is over the limit of 479");
     // NIfTI ignores what follows the voxels, raw files may hold nothing more.
     let path = save(&dir, "a.raw", &join(&[&sample.bytes(NATIVE), &[0]]));
-    let spec = RawSpec { endian: NATIVE, ..RawSpec::new(DIMS, VoxelType::F32) };
+    let spec = RawSpec::new(DIMS, VoxelType::F32).with_endian(NATIVE);
     let line = io::read_raw(&path, &spec, &MAP_ALL).unwrap_err().to_string();
     assert!(line.contains("should take 480 bytes, there are 481"), "{line}");
 }

@@ -46,7 +46,7 @@ fn scene(transfer: TransferFunction, slices: u64) -> Scene {
 
 /// The scene through OpenGL, with these numbers in the framebuffer.
 fn gl(scene: &Scene, state: OpenGl, target: Target) -> Scene {
-    scene.clone().with_opengl(state).unwrap().with_method(Method { target, ..Method::default() }).unwrap()
+    scene.clone().with_opengl(state).unwrap().with_method(Method::default().with_target(target)).unwrap()
 }
 
 fn render(volume: &Volume, scene: &Scene) -> Picture {
@@ -186,7 +186,7 @@ fn nearest_texels_and_entries_come_out_as_they_went_in() {
     let planes =
         vec![slicestack::scene::ClipPlane::new(DVec3::Z, 3.6).unwrap(), slicestack::scene::ClipPlane::new(DVec3::NEG_Z, -4.4).unwrap()];
     let scene = scene(transfer, 8).with_size(8, 8).unwrap().with_camera(camera.unwrap()).with_clip_planes(planes).unwrap();
-    let method = Method { target: Target::Unorm8, filter: Filter::Nearest, ..Method::default() };
+    let method = Method::default().with_target(Target::Unorm8).with_filter(Filter::Nearest);
     let picture = render(&volume, &scene.with_opengl(state).unwrap().with_method(method).unwrap());
     for y in 0..8 {
         for x in 0..8 {
@@ -257,7 +257,7 @@ fn no_state_puts_a_nan_or_an_infinity_into_a_picture() {
             let classification = if i % 13 < 6 { Classification::Pre } else { Classification::Post };
             let target = [Target::F32, Target::Unorm8, Target::Unorm16][i % 3];
             let s = scene(transfer.clone(), 300).with_fog(modes[i % modes.len()]).with_size(4, 4).unwrap().with_opengl(state).unwrap();
-            let s = s.with_method(Method { classification, target, ..Method::default() }).unwrap();
+            let s = s.with_method(Method::default().with_classification(classification).with_target(target)).unwrap();
             let s = if i % 2 == 0 { s.with_order(Order::FrontToBack) } else { s };
             for volume in [&ramp(), &floats] {
                 let picture = render(volume, &s);
@@ -315,9 +315,9 @@ fn states_outside_their_range_are_refused_by_name() {
     let unsuited = [
         drawn.clone().with_method(Method::default()).and_then(|s| s.with_slices(Slicing::Tolerance(0.1))),
         drawn.clone().with_blend(slicestack::scene::Blend::Mip),
-        drawn.clone().with_method(Method { classification: Classification::PreIntegrated, ..Method::default() }),
-        drawn.clone().with_method(Method { extrapolate: true, ..Method::default() }),
-        scene(constant([1.0; 3], 0.5), 4).with_method(Method { target: Target::Unorm16, ..Method::default() }),
+        drawn.clone().with_method(Method::default().with_classification(Classification::PreIntegrated)),
+        drawn.clone().with_method(Method::default().with_extrapolate(true)),
+        scene(constant([1.0; 3], 0.5), 4).with_method(Method::default().with_target(Target::Unorm16)),
     ];
     for refused in unsuited {
         let says = refused.unwrap_err().to_string();

@@ -3,7 +3,9 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use slicestack::proxy::Domain;
-use slicestack::scene::{Blend, Camera, ClipPlane, Fog, FogMode, Method, OpenGl, Order, Placement, Projection, Slicing, Straight};
+use slicestack::scene::{
+    Blend, Camera, Classification, ClipPlane, Fog, FogMode, Method, OpenGl, Order, Placement, Projection, Slicing, Straight,
+};
 use slicestack::volume::phantom::Phantom;
 use slicestack::volume::{Grid, Voxels};
 use slicestack::{Error, Layer, Renderer, Scene, Settings, Volume, render};
@@ -16,7 +18,7 @@ fn head(size: usize) -> Volume {
 
 fn scene() -> Scene {
     let background = Straight { rgb: [0.3, 0.5, 0.1], alpha: 0.7 };
-    let scene = Scene::new(Phantom::SheppLogan.default_transfer()).with_size(75, 61).unwrap();
+    let scene = Scene::new(Phantom::SheppLogan.default_transfer(24)).with_size(75, 61).unwrap();
     scene.with_slices(Slicing::Count(120)).unwrap().with_background(background).unwrap()
 }
 
@@ -115,7 +117,7 @@ fn a_layer_over_the_background_is_the_picture() {
     };
     said(scene().with_opengl(OpenGl::default()).unwrap(), "the profile opengl draws over its background");
     said(scene().with_slices(Slicing::Tolerance(0.01)).unwrap(), "slices tolerance 0.01");
-    said(scene().with_method(Method { extrapolate: true, ..Method::default() }).unwrap(), "slices extrapolate");
+    said(scene().with_method(Method::default().with_extrapolate(true)).unwrap(), "slices extrapolate");
 }
 
 /// The voxels `part` of a volume, as a volume of its own.
@@ -241,9 +243,9 @@ fn what_cannot_be_shared_out_is_refused() {
         let said = renderer.render_part(&scene, &domain).unwrap_err().to_string();
         assert!(said.contains(words), "{said}");
     };
-    let pairs = Method { classification: slicestack::scene::Classification::PreIntegrated, ..Method::default() };
+    let pairs = Method::default().with_classification(Classification::PreIntegrated);
     refused(&mut renderer, scene().with_method(pairs).unwrap(), "transfer classification: a part of a volume");
-    refused(&mut renderer, scene().with_method(Method { merge: true, ..Method::default() }).unwrap(), "slices merge");
+    refused(&mut renderer, scene().with_method(Method::default().with_merge(true)).unwrap(), "slices merge");
     refused(&mut renderer, scene().with_blend(Blend::Mip).unwrap(), "render blend");
     let mut other = Renderer::new(head(12), Settings::default());
     refused(&mut other, scene(), "domain: voxels [16, 16, 16] along x, y, z: the volume has [12, 12, 12]");

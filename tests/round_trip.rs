@@ -75,7 +75,8 @@ fn every_type_order_and_encoding() {
                     same(&Volume::open(&path).unwrap(), &sample, &format!("gzip of {what}"));
                 }
             }
-            let spec = RawSpec { endian, offset: 7, spacing: [1.0, 1.0, -2.0], origin: [4.0, 5.0, 6.0], ..RawSpec::new(DIMS, kind) };
+            let spec =
+                RawSpec::new(DIMS, kind).with_endian(endian).with_offset(7).with_spacing([1.0, 1.0, -2.0]).with_origin([4.0, 5.0, 6.0]);
             let bytes = join(&[b"headers", &sample.bytes(endian)]);
             for bytes in [bytes.clone(), gz(&bytes)] {
                 let volume = io::read_raw(save(&dir, "volume", &bytes), &spec, &Limits::default()).unwrap();

@@ -30,17 +30,10 @@ fn body(path: &Path, limits: &Limits) -> Volume {
 }
 
 fn scene(volume: &Volume, azimuth: f64) -> Scene {
-    let transfer = Preset::CtSkinBone.transfer(volume).unwrap().transfer;
+    let transfer = Preset::CtSkinBone.transfer(volume).unwrap().with_unit(10.0).unwrap();
     let placement = Placement::Orbit { azimuth, elevation: 10.0, roll: 0.0, zoom: 1.0 };
     let camera = Camera::new(placement, Projection::Orthographic { height: None }).unwrap();
-    Scene::new(transfer)
-        .with_size(256, 256)
-        .unwrap()
-        .with_slices(Slicing::Count(256))
-        .unwrap()
-        .with_camera(camera)
-        .with_opacity_unit(10.0)
-        .unwrap()
+    Scene::new(transfer).with_size(256, 256).unwrap().with_slices(Slicing::Count(256)).unwrap().with_camera(camera)
 }
 
 #[test]
@@ -66,7 +59,7 @@ fn a_mapped_volume_is_not_copied() {
     assert!(memory("RssFile:") > bytes / 2, "the voxels are the file's");
     drop(renderer);
 
-    let read = body(&path, &Limits { map_bytes: u64::MAX, ..Limits::default() });
+    let read = body(&path, &Limits::new().map_bytes(u64::MAX));
     assert!(!read.voxels().is_mapped());
     let (again, _) = Renderer::new(&read, Settings::default()).render(&scene(&read, 30.0)).unwrap();
     assert!(first == again, "the picture does not depend on how the file came in");

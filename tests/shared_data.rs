@@ -207,7 +207,7 @@ fn detached_nrrd() {
 #[test]
 fn gzipped_big_endian_raw() {
     let Some(path) = data("cthead/CThead_256x256x113_int16be.raw.gz") else { return };
-    let spec = RawSpec { endian: Endian::Big, spacing: [1.0, 1.0, 2.0], ..RawSpec::new([256, 256, 113], VoxelType::I16) };
+    let spec = RawSpec::new([256, 256, 113], VoxelType::I16).with_endian(Endian::Big).with_spacing([1.0, 1.0, 2.0]);
     let v = io::read_raw(&path, &spec, &Limits::default()).unwrap();
     check(
         &v,

@@ -51,6 +51,6 @@ impl Progress for Stop {
 
 #[test]
 fn a_study_can_be_stopped() {
-    let settings = Settings { progress: Some(Arc::new(Stop)), ..Settings::default() };
+    let settings = Settings::new().progress(Arc::new(Stop));
     assert!(matches!(stability(&settings), Err(Error::Stopped)));
 }

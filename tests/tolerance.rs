@@ -2,20 +2,15 @@
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use slicestack::lanes::Level;
 use slicestack::reference::{Region, image, metrics};
 use slicestack::scene::{Accumulation, Blend, Method, Slicing, TransferFunction};
 use slicestack::volume::phantom::Phantom;
-use slicestack::{Renderer, Scene, Settings};
+use slicestack::{Level, Renderer, Scene, Settings};
 
 const SIZE: usize = 48;
 
 fn scene(phantom: Phantom, tolerance: f64) -> Scene {
-    Scene::new(phantom.default_transfer())
-        .with_opacity_unit(Phantom::opacity_unit(SIZE))
-        .and_then(|s| s.with_size(72, 60))
-        .and_then(|s| s.with_slices(Slicing::Tolerance(tolerance)))
-        .unwrap()
+    Scene::new(phantom.default_transfer(SIZE)).with_size(72, 60).and_then(|s| s.with_slices(Slicing::Tolerance(tolerance))).unwrap()
 }
 
 #[test]
@@ -72,7 +67,8 @@ fn spikes_are_met_by_slabs_of_second_order() {
     let spikes = TransferFunction::new(
         vec![(0.0, [1.0, 0.3, 0.1]), (1.0, [0.2, 0.6, 1.0])],
         vec![(0.3, 0.0), (0.305, 0.9), (0.31, 0.0), (0.6, 0.0), (0.603, 0.5), (0.606, 0.0)],
-    );
+    )
+    .and_then(|t| t.with_unit(SIZE as f64 / 128.0));
     let volume = Phantom::MarschnerLobb.volume(SIZE).unwrap();
     let scene = scene(Phantom::MarschnerLobb, 1e-3).with_transfer(spikes.unwrap()).with_size(48, 40).unwrap();
     let truth = image(&scene, &volume, Region::whole(&scene)).unwrap();
@@ -88,7 +84,7 @@ fn spikes_are_met_by_slabs_of_second_order() {
     let (free, switched) = chosen(Method::default());
     assert!(switched);
     // Asked for by name, midpoint slabs of plain sums stay what they are, and take longer.
-    let (bound, kept) = chosen(Method { accumulation: Accumulation::Plain, ..Method::default() });
+    let (bound, kept) = chosen(Method::default().with_accumulation(Accumulation::Plain));
     assert!(!kept && bound > free, "{bound} lookups, {free} with the choice free");
 }
 
@@ -121,7 +117,7 @@ fn refinement_does_not_depend_on_how_it_runs() {
     let volume = Phantom::DistanceField.volume(SIZE).unwrap();
     let scene = scene(Phantom::DistanceField, 5e-4);
     let run = |threads: usize, tile: u32, level: Level| {
-        let settings = Settings { threads: Some(threads), tile: Some(tile), level: Some(level), ..Settings::default() };
+        let settings = Settings::new().threads(threads).tile(tile).level(level);
         let (picture, stats) = Renderer::new(&volume, settings).render(&scene).unwrap();
         (picture.sha256(), stats.slices, stats.error_estimate)
     };

@@ -46,17 +46,17 @@ impl Case {
             Origin::Phantom(phantom, size) => phantom.volume_as(size, VoxelType::U8, &Limits::default())?,
             _ => eight_bits(&given)?,
         };
-        Self::new(name, volume, scene.transfer(), scene.opacity_unit()).map(Some)
+        Self::new(name, volume, scene.transfer()).map(Some)
     }
 
     /// A built-in volume as it is meant to be looked at.
     pub(crate) fn phantom(phantom: Phantom) -> Result<Self, Box<dyn Error>> {
         let volume = phantom.volume_as(SIZE, VoxelType::U8, &Limits::default())?;
-        Self::new(phantom.name().into(), volume, &phantom.default_transfer(), Some(Phantom::opacity_unit(SIZE)))
+        Self::new(phantom.name().into(), volume, &phantom.default_transfer(SIZE))
     }
 
-    pub(crate) fn new(name: String, volume: Volume, transfer: &TransferFunction, unit: Option<f64>) -> Result<Self, Box<dyn Error>> {
-        let unit = unit.unwrap_or(volume.grid().smallest_spacing());
+    pub(crate) fn new(name: String, volume: Volume, transfer: &TransferFunction) -> Result<Self, Box<dyn Error>> {
+        let unit = transfer.opacity_length(volume.grid());
         let scene = Scene::new(snapped(transfer, volume.rescale())?)
             .with_size(SIDE, SIDE)?
             .with_opacity_unit(unit)?
@@ -76,7 +76,7 @@ impl Case {
 
     /// The length that opacities refer to.
     pub(crate) fn unit(&self) -> f64 {
-        self.scene.opacity_unit().unwrap_or(self.volume.grid().smallest_spacing())
+        self.scene.transfer().opacity_length(self.volume.grid())
     }
 
     /// The voxels.

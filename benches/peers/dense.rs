@@ -63,7 +63,7 @@ pub(crate) struct Turn {
 
 fn case(share: Share) -> Result<Case, Box<dyn Error>> {
     let scene = haze(SIDE, COUNT)?;
-    let case = Case::new("haze".into(), block(SIZE, share)?, scene.transfer(), None)?;
+    let case = Case::new("haze".into(), block(SIZE, share)?, scene.transfer())?;
     let scene = case.scene.clone().with_terminate(0.0)?.with_slices(scene.slicing())?;
     Ok(Case { scene, ..case })
 }
@@ -134,7 +134,7 @@ pub(crate) fn dense(gl: &Gl, rounds: usize, threads: usize) -> Result<Dense, Box
 
 /// Frames of `case` all the way around; of each view the shorter of two.
 pub(crate) fn turn(case: &Case, threads: usize) -> Result<Turn, Box<dyn Error>> {
-    let settings = Settings { threads: Some(threads), ..Settings::default() };
+    let settings = Settings::new().threads(threads);
     let mut renderer = Renderer::new(&case.volume, settings);
     let mut around = |scene: slicestack::Scene| -> Result<(f64, f64), Box<dyn Error>> {
         renderer.render(&scene)?;

@@ -36,12 +36,13 @@ pub(crate) fn method_name(method: &Method) -> &'static str {
         Classification::SecondOrder => "second-order",
         Classification::PreIntegrated => "pre-integrated",
         Classification::Pre => "pre-classified",
+        _ => "another method",
     }
 }
 
 impl<'c> Ours<'c> {
     pub(crate) fn new(case: &'c Case, threads: usize) -> Self {
-        let settings = Settings { threads: Some(threads), ..Settings::default() };
+        let settings = Settings::new().threads(threads);
         Self { case, renderer: RefCell::new(Renderer::new(&case.volume, settings)) }
     }
 
@@ -57,7 +58,7 @@ impl<'c> Ours<'c> {
     pub(crate) fn counted(&self, judge: &Judge, error: f64) -> Result<Vec<Way>, Box<dyn Error>> {
         let mut ways = Vec::new();
         let plain = Method::default();
-        for method in [plain, Method { merge: true, ..plain }, Method { classification: Classification::SecondOrder, ..plain }] {
+        for method in [plain, plain.with_merge(true), plain.with_classification(Classification::SecondOrder)] {
             let terminate = self.case.scene.terminate().min((TERMINATE * error) as f32);
             let base = self.case.scene.clone().with_method(method)?.with_terminate(terminate)?;
             let make = |count: u64| self.way(judge, base.clone().with_slices(Slicing::Count(count))?);

@@ -6,7 +6,7 @@ use super::ours::Way;
 use super::rounds::Times;
 use super::{THREADS, VOLPACK_PART, VTK_PART};
 use serde::Serialize;
-use slicestack::lanes::Level;
+use slicestack::Level;
 use std::error::Error;
 use std::fmt::Write;
 use std::path::Path;

@@ -54,7 +54,7 @@ pub(crate) fn mist(side: u32, count: u64) -> Result<Scene> {
 
 /// [`signal`] of `size` as it is meant to be looked at.
 pub(crate) fn shells(size: usize, side: u32, count: u64) -> Result<Scene> {
-    scene(Phantom::MarschnerLobb.default_transfer(), side, count)?.with_opacity_unit(Phantom::opacity_unit(size))
+    scene(Phantom::MarschnerLobb.default_transfer(size), side, count)
 }
 
 /// As from a scanner: a head in air, opaque bone.
@@ -85,12 +85,12 @@ pub(crate) fn fog(scene: Scene, distance: FogDistance) -> Result<Scene> {
 
 /// Classified another way.
 pub(crate) fn classified(scene: Scene, classification: Classification) -> Result<Scene> {
-    scene.with_method(Method { classification, ..Method::default() })
+    scene.with_method(Method::default().with_classification(classification))
 }
 
 /// In the numbers of another target.
 pub(crate) fn target(scene: Scene, target: Target) -> Result<Scene> {
-    scene.with_method(Method { target, ..Method::default() })
+    scene.with_method(Method::default().with_target(target))
 }
 
 /// A volume and a scene of it.

@@ -50,7 +50,8 @@ Examples:
 The scene takes the same flags as in `slicestack render`.";
 
 pub(super) fn run(args: &ExplainArgs) -> Result<()> {
-    let request = Request { pixel: args.pixel.as_deref().map(pixel).transpose()?, slices: args.slices.as_deref().map(slices).transpose()? };
+    let request =
+        Request::new().pixel(args.pixel.as_deref().map(pixel).transpose()?).slices(args.slices.as_deref().map(slices).transpose()?);
     let (text, overrides) = args.scene.read()?;
     let folder = Folder::new(&args.output)?;
     let json = args.json.as_deref().map(Sink::new).transpose()?;
@@ -72,7 +73,7 @@ pub(super) fn run(args: &ExplainArgs) -> Result<()> {
 
     let scene_file = text.open(&overrides)?;
     let bar = Arc::new(Bar::new());
-    let settings = Settings { limits: args.scene.limits(), progress: Some(bar.clone()), ..Settings::default() };
+    let settings = Settings::new().limits(args.scene.limits()).progress(bar.clone());
     if let (Some(path), Some(json)) = (scene_file.volume().path(), &json) {
         json.spare("JSON", &[b"{"], &[path])?;
     }

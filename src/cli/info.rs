@@ -7,8 +7,8 @@ use anyhow::Result;
 use serde_json::{Value, json};
 use slicestack::Volume;
 use slicestack::scene::{Overrides, Preset};
+use slicestack::volume::Space;
 use slicestack::volume::io::Format;
-use slicestack::volume::{Modality, Space};
 use std::path::PathBuf;
 
 /// What `info` takes.
@@ -61,14 +61,6 @@ fn world_box(volume: &Volume) -> [[f64; 3]; 2] {
     [by(f64::min, f64::INFINITY), by(f64::max, f64::NEG_INFINITY)]
 }
 
-fn modality(volume: &Volume) -> Option<&'static str> {
-    match volume.modality() {
-        Modality::Unknown => None,
-        Modality::Ct => Some("ct"),
-        Modality::Mr => Some("mr"),
-    }
-}
-
 fn space(volume: &Volume) -> Option<&'static str> {
     match volume.grid().space() {
         Space::Unknown => None,
@@ -104,7 +96,7 @@ fn as_json(volume: &Volume) -> Value {
         "box": world_box(volume),
         "slope": slope,
         "intercept": intercept,
-        "modality": modality(volume),
+        "modality": volume.modality().name(),
         "min": s.min,
         "max": s.max,
         "mean": s.mean,
@@ -132,7 +124,7 @@ fn as_text(volume: &Volume) -> String {
         ("axes", format!("({}) ({}) ({})", axes[0], axes[1], axes[2])),
         ("space", space(volume).unwrap_or("not stated").to_owned()),
         ("box", format!("({}) to ({})", list(low), list(high))),
-        ("modality", modality(volume).unwrap_or("not stated").to_owned()),
+        ("modality", volume.modality().name().unwrap_or("not stated").to_owned()),
         ("values", format!("{} to {}, mean {}", short(s.min), short(s.max), short(s.mean))),
     ];
     if (slope, intercept) != (1.0, 0.0) {

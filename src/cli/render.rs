@@ -87,14 +87,13 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
 
     let scene_file = text.open(&overrides)?;
     let bar = Arc::new(Bar::new());
-    let settings = Settings {
-        threads: args.threads.map(|n| n as usize),
-        tile: args.tile,
-        level: settings_level,
-        limits: args.scene.limits(),
-        estimate: args.estimate,
-        progress: Some(bar.clone()),
-    };
+    let settings = Settings::new()
+        .threads(args.threads.map(|n| n as usize))
+        .tile(args.tile)
+        .level(settings_level)
+        .limits(args.scene.limits())
+        .estimate(args.estimate)
+        .progress(bar.clone());
     let mut clock = Clock::default();
     let start = Instant::now();
     if let Some(path) = scene_file.volume().path() {

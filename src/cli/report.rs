@@ -62,13 +62,7 @@ pub(super) fn run(args: &ReportArgs) -> Result<()> {
     let folder = Folder::new(&args.output)?;
     catch_signals()?;
     let bar = Arc::new(Bar::new());
-    let settings = Settings {
-        threads: args.threads.map(|n| n as usize),
-        level,
-        limits: args.scene.limits(),
-        progress: Some(bar.clone()),
-        ..Settings::default()
-    };
+    let settings = Settings::new().threads(args.threads.map(|n| n as usize)).level(level).limits(args.scene.limits()).progress(bar.clone());
     if args.stability {
         enter(Phase::Rendering);
         let found = stability(&settings)?;
@@ -85,7 +79,7 @@ pub(super) fn run(args: &ReportArgs) -> Result<()> {
     let volume = shown_name(volume, args.scene.input.as_deref());
     let (scene, warnings) = scene_file.to_scene(&volume)?;
     enter(Phase::Rendering);
-    let found = study(&volume, &scene, &Options { budget: args.budget, methods, settings })?;
+    let found = study(&volume, &scene, &Options::new().budget(args.budget).methods(methods).settings(settings))?;
     bar.clear();
     warnings.iter().for_each(|w| complain("warning", w));
     folder.write(&scene_files(&found)?)?;

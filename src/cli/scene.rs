@@ -3,9 +3,8 @@
 use super::Usage;
 use super::flags::SceneFlags;
 use anyhow::{Result, bail};
-use slicestack::Limits;
-use slicestack::lanes::Level;
 use slicestack::scene::{Overrides, SceneFile};
+use slicestack::{Level, Limits};
 use std::path::{Path, PathBuf};
 
 /// What is rendered when nothing is named: three rings, no two of them linked; their surface is at 0, their core below it.
@@ -61,7 +60,7 @@ pub(super) struct ReadingArgs {
 impl ReadingArgs {
     pub(super) fn limits(&self) -> Limits {
         let limits = Limits::default();
-        if self.no_mmap { Limits { map_bytes: u64::MAX, ..limits } } else { limits }
+        if self.no_mmap { limits.map_bytes(u64::MAX) } else { limits }
     }
 }
 

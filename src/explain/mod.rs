@@ -10,7 +10,7 @@
 //! use slicestack::{Scene, Settings};
 //!
 //! let volume = Phantom::SheppLogan.volume(16)?;
-//! let scene = Scene::new(Phantom::SheppLogan.default_transfer()).with_size(32, 32)?;
+//! let scene = Scene::new(Phantom::SheppLogan.default_transfer(16)).with_size(32, 32)?;
 //! let explanation = explain(&volume, &scene, &Settings::default(), &Request::default())?;
 //! assert!(explanation.json()?.contains("\"texcoord\"")); // a column for each stage
 //! assert!(explanation.page()?.starts_with("<!doctype html>"));
@@ -52,11 +52,33 @@ pub const MAX_SLICES: u64 = 1024;
 
 /// What to explain of a scene.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Request {
     /// The pixel to begin with, column and row; `None` takes one at which much happens.
     pub pixel: Option<(u32, u32)>,
     /// Slices to show, at most [`MAX_SLICES`]; `None` takes all of them, or those around the slice that matters most to the pixel.
     pub slices: Option<Range<u64>>,
+}
+
+impl Request {
+    /// All slices of a pixel at which much happens.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// The request to begin with another pixel, column and row; `None` takes one at which much happens.
+    #[must_use]
+    pub fn pixel(mut self, pixel: impl Into<Option<(u32, u32)>>) -> Self {
+        self.pixel = pixel.into();
+        self
+    }
+
+    /// The request to show other slices, at most [`MAX_SLICES`]; `None` takes all of them, or those that matter most to the pixel.
+    #[must_use]
+    pub fn slices(mut self, slices: impl Into<Option<Range<u64>>>) -> Self {
+        self.slices = slices.into();
+        self
+    }
 }
 
 /// Everything that the page and notebooks read.

@@ -134,7 +134,7 @@ impl SceneRecord {
             Blend::Lmip { threshold } => ("lmip", Some(threshold)),
             Blend::Iso { level } => ("iso", Some(level)),
         };
-        let unit = scene.opacity_unit().unwrap_or_else(|| volume.grid().smallest_spacing());
+        let unit = scene.transfer().opacity_length(volume.grid());
         let b = scene.background();
         Self {
             volume: volume.name().to_owned(),

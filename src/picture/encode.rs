@@ -8,6 +8,7 @@ use std::path::Path;
 
 /// A picture file format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Format {
     /// PNG with straight alpha, 8 or 16 bits a component. Numbers are stored as they are: no gamma chunk, no conversion.
     Png,

@@ -90,7 +90,11 @@ impl<'v> FramePlan<'v> {
         let Subject { scene, volume, data, stack, terminate, level, observed, domain } = subject;
         let needs = Needs::new(scene, &stack, data.bricks.non_finite > 0, terminate);
         let lookup = needs.lookup(volume, data.packed.is_some(), &data.scaling);
-        let ratio = if stack.is_empty() { 1.0 } else { stack.spacing / scene.opacity_length(domain.map_or(volume.grid(), Domain::whole)) };
+        let ratio = if stack.is_empty() {
+            1.0
+        } else {
+            stack.spacing / scene.transfer().opacity_length(domain.map_or(volume.grid(), Domain::whole))
+        };
         let slab = Slab { ratio, form: needs.method.slab };
         let transfer = kept.transfer(TransferKey { transfer: scene.transfer().clone(), slab, pairs: needs.method.is_pre_integrated() });
         // Where empty slices count, or are looked at, all rows do.

@@ -172,7 +172,7 @@ pub(crate) fn method(scene: &Scene) -> Method {
         // Farthest first, nobody knows how much light a slab's comes through; and a stage may have to see every slab.
         Blend::Over => {
             let fits = StageId::wanted(scene).all(|(_, option)| option.merging == Fits::Yes);
-            Method { merge: method.merge && fits && scene.order() == Order::FrontToBack, ..method }
+            Method { merge: method.merge && fits && scene.blending_order() == Order::FrontToBack, ..method }
         }
         // Nothing is hidden, so nothing is rounded on the way.
         Blend::Add => Method { target: Target::F32, merge: false, ..method },

@@ -76,7 +76,7 @@ impl<'a> Integrator<'a> {
             planes: scene.clip_planes().iter().map(|p| (p.normal(), p.offset())).collect(),
             fog,
             background: background(scene),
-            opacity_unit: scene.opacity_unit().unwrap_or_else(|| volume.grid().smallest_spacing()),
+            opacity_unit: scene.transfer().opacity_length(volume.grid()),
             quadrature: Quadrature::new(),
         })
     }

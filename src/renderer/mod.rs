@@ -114,7 +114,7 @@ struct Drawn {
 /// use slicestack::{Renderer, Scene, Settings};
 ///
 /// let volume = Phantom::SheppLogan.volume(16)?;
-/// let scene = Scene::new(Phantom::SheppLogan.default_transfer()).with_size(32, 24)?;
+/// let scene = Scene::new(Phantom::SheppLogan.default_transfer(16)).with_size(32, 24)?;
 /// let mut renderer = Renderer::new(&volume, Settings::default());
 /// let (picture, stats) = renderer.render(&scene)?;
 /// let mut pixels = vec![[0.0; 4]; 32 * 24]; // of your own: the next frames need no memory

@@ -30,7 +30,7 @@ impl Renderer {
         let method = scene.method();
         let (table, kept) = job.clock.prepare(|| {
             let values = opengl::Values::of(volume);
-            let ratio = if stack.is_empty() { 1.0 } else { stack.spacing / scene.opacity_length(volume.grid()) };
+            let ratio = if stack.is_empty() { 1.0 } else { stack.spacing / scene.transfer().opacity_length(volume.grid()) };
             let table = opengl::Table::new(scene.transfer(), &values, ratio, state, method.target);
             let classified = method.classification == Classification::Pre;
             let key = opengl::TextureKey { format: state.texture, table: classified.then(|| table.clone()) };
@@ -51,7 +51,7 @@ impl Renderer {
             table: &table,
             stack: &stack,
             fog: scene.fog(),
-            order: scene.order(),
+            order: scene.blending_order(),
             clear: background(scene),
             target: method.target,
         };

@@ -13,8 +13,9 @@ use crate::volume::Grid;
 use crate::{Error, Result};
 use glam::{DQuat, DVec3};
 
-/// How depth meets the picture plane.
+/// How points are projected onto the picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub enum Projection {
     /// Parallel rays; `height` of the view in world units, or fitted to the box.
     Orthographic {
@@ -97,9 +98,6 @@ impl Camera {
                     if !v.is_finite() {
                         return Err(Error::invalid(format!("camera {name} {v}: must be finite")));
                     }
-                }
-                if matches!(projection, Projection::Orthographic { height: None }) {
-                    // A look-at camera has no box to fit until it is resolved; that is fine.
                 }
                 frame(eye, target, up)?;
             }

@@ -1,4 +1,4 @@
-//! Colours whose alpha is applied, and colours whose alpha is not: two types that do not mix.
+//! Colours that are multiplied by their alpha, and colours that are not: two types, so that one is never taken for the other.
 
 /// A colour as people write it: components in `[0,1]`, alpha beside them, not multiplied in.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

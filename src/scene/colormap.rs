@@ -14,6 +14,7 @@ type Point = (u8, [f64; 3]);
 /// A named map from `[0,1]` to colour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[allow(missing_docs, reason = "the names say it all")]
+#[non_exhaustive]
 pub enum ColorMap {
     Viridis,
     Inferno,

@@ -34,7 +34,7 @@ pub enum FogDistance {
     Radial,
 }
 
-/// How fog meets a premultiplied colour.
+/// How the fog's colour is mixed into a premultiplied colour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum FogWeighting {
     /// C' = f C + (1-f) A C_fog: right for premultiplied colours.
@@ -106,7 +106,7 @@ impl Fog {
         self.distance
     }
 
-    /// How it meets a premultiplied colour.
+    /// How the fog's colour is mixed into a premultiplied colour.
     pub fn weighting(&self) -> FogWeighting {
         self.weighting
     }

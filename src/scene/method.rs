@@ -1,11 +1,13 @@
-//! How a ray's integral is turned into sums: what is sampled where, what a slab is taken for, and in what numbers slabs add up.
+//! How the integral along a ray is turned into a sum over slabs: where values are taken, how a slab's opacity is computed, and in
+//! which numbers slabs add up.
 //!
-//! The default is the best of them for most scenes; the others are for comparison, for teaching, and for the scenes they suit.
+//! The default is the best choice for most scenes; the others are for comparison, for teaching, and for the scenes they suit.
 
 use crate::{Error, Result};
 
 /// When values become colours.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum Classification {
     /// Interpolate between voxels, then classify the value.
     #[default]
@@ -20,6 +22,7 @@ pub enum Classification {
 
 /// What a lookup between voxels gives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum Filter {
     /// Trilinear interpolation of the eight voxels around.
     #[default]
@@ -28,8 +31,9 @@ pub enum Filter {
     Nearest,
 }
 
-/// What a slab's extinction kappa and length L become.
+/// How the opacity of a slab is computed from its extinction kappa and its length L.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum SlabForm {
     /// Opacity 1 - exp(-kappa L): exact for constant kappa, stable for any.
     #[default]
@@ -40,6 +44,7 @@ pub enum SlabForm {
 
 /// Where in its slab a value is taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum SampleAt {
     /// In the middle: of second order.
     #[default]
@@ -60,6 +65,7 @@ pub enum Ends {
 
 /// Numbers that fragments are blended in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum Target {
     /// 32-bit floats.
     #[default]
@@ -72,13 +78,14 @@ pub enum Target {
 
 /// How sums over many slices are kept in f32.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum Accumulation {
     /// Compensated from [`Accumulation::MANY`] slices on, plain below.
     #[default]
     Auto,
     /// One f32 a component: errors grow with the number of slices, and opacities below 2^-25 vanish.
     Plain,
-    /// An f32 and what it has lost so far: as good for a million slices as for ten.
+    /// An f32 and what rounding has taken from it so far: as exact for a million slices as for ten.
     Compensated,
 }
 
@@ -88,13 +95,21 @@ impl Accumulation {
 }
 
 /// All of these choices together.
+///
+/// ```
+/// use slicestack::scene::{Classification, Method};
+///
+/// let method = Method::default().with_classification(Classification::PreIntegrated).with_extrapolate(true);
+/// assert!(method.is_pre_integrated());
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub struct Method {
     /// When values become colours.
     pub classification: Classification,
     /// What a lookup between voxels gives.
     pub filter: Filter,
-    /// What a slab's extinction becomes.
+    /// How the opacity of a slab is computed.
     pub slab: SlabForm,
     /// Where in its slab a value is taken.
     pub sample: SampleAt,
@@ -111,6 +126,69 @@ pub struct Method {
 }
 
 impl Method {
+    /// The method with values that become colours at another time.
+    #[must_use]
+    pub const fn with_classification(mut self, classification: Classification) -> Self {
+        self.classification = classification;
+        self
+    }
+
+    /// The method with another lookup between voxels.
+    #[must_use]
+    pub const fn with_filter(mut self, filter: Filter) -> Self {
+        self.filter = filter;
+        self
+    }
+
+    /// The method with another form of slabs.
+    #[must_use]
+    pub const fn with_slab(mut self, slab: SlabForm) -> Self {
+        self.slab = slab;
+        self
+    }
+
+    /// The method with values from another place in each slab.
+    #[must_use]
+    pub const fn with_sample(mut self, sample: SampleAt) -> Self {
+        self.sample = sample;
+        self
+    }
+
+    /// The method with outermost fragments that stand for something else.
+    #[must_use]
+    pub const fn with_ends(mut self, ends: Ends) -> Self {
+        self.ends = ends;
+        self
+    }
+
+    /// The method that blends fragments in other numbers.
+    #[must_use]
+    pub const fn with_target(mut self, target: Target) -> Self {
+        self.target = target;
+        self
+    }
+
+    /// The method that keeps its sums another way.
+    #[must_use]
+    pub const fn with_accumulation(mut self, accumulation: Accumulation) -> Self {
+        self.accumulation = accumulation;
+        self
+    }
+
+    /// The method with or without extrapolation to infinitely many slices.
+    #[must_use]
+    pub const fn with_extrapolate(mut self, extrapolate: bool) -> Self {
+        self.extrapolate = extrapolate;
+        self
+    }
+
+    /// The method that lets three slabs or nine be one, or does not.
+    #[must_use]
+    pub const fn with_merge(mut self, merge: bool) -> Self {
+        self.merge = merge;
+        self
+    }
+
     /// Whether values on both sides of a slab are looked at.
     pub fn is_pre_integrated(&self) -> bool {
         matches!(self.classification, Classification::PreIntegrated | Classification::SecondOrder)

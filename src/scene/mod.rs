@@ -7,11 +7,13 @@ mod colormap;
 #[cfg(feature = "scene-file")]
 mod file;
 mod fog;
-mod looks;
 mod method;
 mod opengl;
+mod phantom_transfer;
 pub mod preset;
 mod stage;
+#[cfg(test)]
+mod tests;
 mod transfer;
 
 pub use camera::{Camera, Placement, Projection, View};
@@ -38,8 +40,9 @@ pub const MAX_SIDE: u32 = 1 << 15;
 /// Most slices of one picture.
 pub const MAX_SLICES: u64 = 1 << 24;
 
-/// How many slices, and how they meet.
+/// How many slices a picture is made of.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub enum Slicing {
     /// This many slices through the box's depth range.
     Count(u64),
@@ -61,6 +64,7 @@ pub enum Order {
 
 /// How fragments of one pixel combine.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
 pub enum Blend {
     /// Emission and absorption: premultiplied over.
     #[default]
@@ -97,7 +101,6 @@ pub struct Scene {
     height: u32,
     background: Straight,
     transfer: TransferFunction,
-    opacity_unit: Option<f64>,
     slicing: Slicing,
     order: Order,
     terminate: f32,
@@ -118,7 +121,6 @@ impl Scene {
             height: 512,
             background: Straight::default(),
             transfer,
-            opacity_unit: None,
             slicing: Slicing::Count(256),
             order: Order::FrontToBack,
             terminate: 1.0 / 1024.0,
@@ -165,22 +167,20 @@ impl Scene {
         Ok(self)
     }
 
-    /// The scene through another transfer function.
+    /// The scene through another transfer function, with the length that its opacities refer to.
     #[must_use]
     pub fn with_transfer(mut self, transfer: TransferFunction) -> Self {
         self.transfer = transfer;
         self
     }
 
-    /// The scene with opacities meant per `length` world units instead of per smallest voxel spacing.
+    /// The scene whose transfer function has opacities per `length` world units: [`TransferFunction::with_unit`] on the one it
+    /// has now. [`Scene::with_transfer`], called afterwards, brings another function with its own length.
     ///
     /// # Errors
     /// [`Error::Invalid`] when `length` is not positive and finite.
     pub fn with_opacity_unit(mut self, length: f64) -> Result<Self> {
-        if !(length > 0.0 && length.is_finite()) {
-            return Err(Error::invalid(format!("transfer opacity_unit {length}: must be positive and finite")));
-        }
-        self.opacity_unit = Some(length);
+        self.transfer = self.transfer.with_unit(length)?;
         Ok(self)
     }
 
@@ -295,7 +295,7 @@ impl Scene {
         self.agreed()
     }
 
-    /// The scene, if the profile can do what it asks for.
+    /// The scene itself, unless it asks for what its profile does not have.
     fn agreed(self) -> Result<Self> {
         for (stage, option) in StageId::wanted(&self) {
             let checks = [
@@ -347,28 +347,21 @@ impl Scene {
         &self.transfer
     }
 
-    /// Reference length of opacities in world units, where the scene gives one.
-    pub fn opacity_unit(&self) -> Option<f64> {
-        self.opacity_unit
-    }
-
-    /// The length that opacities refer to, in world units, for a volume on `grid`.
-    pub fn opacity_length(&self, grid: &crate::volume::Grid) -> f64 {
-        self.opacity_unit.unwrap_or_else(|| grid.smallest_spacing())
-    }
-
     /// How many slices.
     pub fn slicing(&self) -> Slicing {
         self.slicing
     }
 
-    /// Which way they are blended.
+    /// Which slice is to be blended first, as the scene asks for it. See [`Scene::blending_order`].
     pub fn order(&self) -> Order {
         self.order
     }
 
-    /// The order in which slices are really blended: values are projected nearest first, and the values before and behind a slab
-    /// come in the order of the ray, whatever the scene says.
+    /// Which slice is blended first in fact: [`Scene::order`] where colours are blended over each other slice by slice.
+    ///
+    /// Projections, and slabs that are integrated between the values on their two sides, take values in the order in which
+    /// rays meet them, so for them it is front to back whatever the scene asks for. Sums ([`Blend::Add`]) do not depend on the
+    /// order; they are front to back too.
     pub fn blending_order(&self) -> Order {
         if self.blend == Blend::Over && !self.method.is_pre_integrated() { self.order } else { Order::FrontToBack }
     }
@@ -402,6 +395,7 @@ impl Scene {
     pub fn method(&self) -> Method {
         self.method
     }
+
     /// State of the OpenGL pipeline, where that draws the scene.
     pub fn opengl(&self) -> Option<&OpenGl> {
         self.opengl.as_ref()

@@ -9,6 +9,7 @@ use crate::{Result, Volume};
 
 /// A ready-made transfer function.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Preset {
     /// CT: bone, and nothing else.
     CtBone,
@@ -32,15 +33,6 @@ pub enum Preset {
     HotRamp,
     /// Along the viridis map.
     ViridisRamp,
-}
-
-/// A transfer function and the length its opacities refer to.
-#[derive(Debug, Clone, PartialEq)]
-pub struct PresetTransfer {
-    /// The transfer function, in the data's units.
-    pub transfer: TransferFunction,
-    /// Reference length of its opacities in world units; `None` = the smallest voxel spacing.
-    pub opacity_unit: Option<f64>,
 }
 
 /// Three values that divide a volume's range.
@@ -92,7 +84,7 @@ impl Landmarks {
 type Colors = &'static [(f64, [f64; 3])];
 type Opacities = &'static [(f64, f64)];
 
-/// Where a preset's numbers stand.
+/// What the values of a preset's points mean, and the length that its opacities refer to.
 enum Scale {
     /// Hounsfield units, opacity per mm.
     Hounsfield,
@@ -203,11 +195,11 @@ impl Preset {
         }
     }
 
-    /// The preset for `volume`, and the length its opacities refer to.
+    /// The preset for `volume`: a transfer function in the data's units that knows the length its opacities refer to.
     ///
     /// # Errors
     /// [`crate::Error::Invalid`] when the volume's range leaves f64's.
-    pub fn transfer(self, volume: &Volume) -> Result<PresetTransfer> {
+    pub fn transfer(self, volume: &Volume) -> Result<TransferFunction> {
         let (scale, color, opacity) = self.table();
         // Hounsfield units stand where they stand: the voxels need not be looked at.
         let marks = (!matches!(scale, Scale::Hounsfield)).then(|| Landmarks::of(volume.statistics()));
@@ -218,12 +210,15 @@ impl Preset {
             _ => color.iter().map(|&(t, rgb)| (place(t), rgb)).collect(),
         };
         let transfer = TransferFunction::new(color, opacity.iter().map(|&(t, a)| (place(t), a)).collect())?;
-        let opacity_unit = match scale {
+        let unit = match scale {
             Scale::Hounsfield => Some(1.0),
             Scale::Voxel => None,
             Scale::Box => Some(volume.grid().radius() / 50.0).filter(|&r| r > 0.0 && r.is_finite()),
         };
-        Ok(PresetTransfer { transfer, opacity_unit })
+        match unit {
+            Some(length) => transfer.with_unit(length),
+            None => Ok(transfer),
+        }
     }
 
     /// Whether the preset makes sense for `volume`.
@@ -387,8 +382,7 @@ mod tests {
             assert!(!suggested.is_empty());
             for p in suggested {
                 let t = p.transfer(&v).expect("transfer");
-                assert!(t.transfer.opaque_within(s.min, s.max), "{} on {} to {}", p.name(), s.min, s.max);
-                assert!(t.opacity_unit.is_none_or(|u| u > 0.0));
+                assert!(t.opaque_within(s.min, s.max), "{} on {} to {}", p.name(), s.min, s.max);
             }
         }
     }
@@ -397,15 +391,15 @@ mod tests {
     fn background_stays_empty() {
         let v = mr();
         for p in [Preset::MrBrain, Preset::MrAngio, Preset::GreyRamp, Preset::HotRamp, Preset::ViridisRamp] {
-            let t = p.transfer(&v).expect("transfer").transfer;
+            let t = p.transfer(&v).expect("transfer");
             assert_eq!(t.eval(4.0).alpha, 0.0, "{}", p.name());
             assert!(t.eval(200.0).alpha > 0.0, "{}", p.name());
         }
         for p in Preset::ALL.into_iter().filter(|p| p.is_ct()) {
-            let t = p.transfer(&ct(0)).expect("transfer").transfer;
+            let t = p.transfer(&ct(0)).expect("transfer");
             assert_eq!(t.eval(-1000.0).alpha, 0.0, "{}: air", p.name());
         }
-        let bone = Preset::CtBone.transfer(&ct(0)).expect("transfer").transfer;
+        let bone = Preset::CtBone.transfer(&ct(0)).expect("transfer");
         assert_eq!(bone.eval(60.0).alpha, 0.0, "muscle");
         assert!(bone.eval(900.0).alpha > 0.2, "bone");
     }

@@ -1,6 +1,7 @@
-//! Transfer functions: from a value in the data's units to a colour and an opacity per reference length.
+//! Transfer functions: from a value in the data's units to a colour, and to an opacity per reference length.
 
 use super::color::Straight;
+use crate::volume::Grid;
 use crate::{Error, Result};
 
 /// A piecewise-linear transfer function.
@@ -8,16 +9,21 @@ use crate::{Error, Result};
 /// Between points values are interpolated, beyond the ends they stay constant; two points at one value make a step, whose
 /// right-hand side counts at the value itself.
 ///
+/// An opacity belongs to a length: light that passes that much material of one value keeps the share 1 - opacity. Which length
+/// it is, the function says itself: see [`TransferFunction::with_unit`].
+///
 /// # Guarantees
-/// Both lists hold at least one point, values are finite and never fall, colours and opacities lie in `[0,1]`.
+/// Both lists hold at least one point, values are finite and never fall, colours and opacities lie in `[0,1]`, and the length,
+/// where one is given, is positive and finite.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TransferFunction {
     color: Vec<(f64, [f64; 3])>,
     opacity: Vec<(f64, f64)>,
+    unit: Option<f64>,
 }
 
 impl TransferFunction {
-    /// A transfer function from its control points, in the data's units.
+    /// A transfer function from its control points, in the data's units; opacities are per smallest voxel spacing of the volume.
     ///
     /// # Errors
     /// [`Error::Invalid`] that names the point which breaks the guarantees above.
@@ -37,7 +43,30 @@ impl TransferFunction {
         for &(v, a) in &opacity {
             unit("opacity", v, a)?;
         }
-        Ok(Self { color, opacity })
+        Ok(Self { color, opacity, unit: None })
+    }
+
+    /// The same function with opacities meant per `length` (world units) instead of per smallest voxel spacing.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] when `length` is not positive and finite.
+    pub fn with_unit(mut self, length: f64) -> Result<Self> {
+        if !(length > 0.0 && length.is_finite()) {
+            return Err(Error::invalid(format!("transfer opacity_unit {length}: must be positive and finite")));
+        }
+        self.unit = Some(length);
+        Ok(self)
+    }
+
+    /// The length (world units) that opacities refer to; `None` = the smallest voxel spacing of the volume that is shown.
+    pub fn unit(&self) -> Option<f64> {
+        self.unit
+    }
+
+    /// The length (world units) that opacities refer to in a volume on `grid`: [`TransferFunction::unit`], or else the grid's
+    /// smallest spacing.
+    pub fn opacity_length(&self, grid: &Grid) -> f64 {
+        self.unit.unwrap_or_else(|| grid.smallest_spacing())
     }
 
     /// Colour points: value, then red, green and blue.

@@ -141,7 +141,7 @@ mod tests {
     #[test]
     fn every_tile_of_a_frame_is_timed() {
         let volume = Phantom::SheppLogan.volume(24).unwrap();
-        let scene = Scene::new(Phantom::SheppLogan.default_transfer()).with_size(70, 33).unwrap();
+        let scene = Scene::new(Phantom::SheppLogan.default_transfer(24)).with_size(70, 33).unwrap();
         let settings = Settings { threads: Some(3), ..Settings::default() };
         let found = measure(&volume, &scene, &settings, 40, || 0.0).unwrap();
         let tiles: Vec<(u32, usize)> = found.iter().map(|b| (b.tile, b.tiles)).collect();

@@ -18,7 +18,7 @@ const MOST_BYTES: f64 = 256.0 * 1024.0 * 1024.0;
 /// As [`Renderer::render`].
 pub(super) fn measure(volume: &Volume, scene: &Scene, settings: &Settings, slices: u64, clock: &Clock, part: f64) -> Result<Vec<Cost>> {
     let settings = Settings { progress: clock.progress(), ..settings.clone() };
-    let unit = scene.opacity_unit().unwrap_or_else(|| volume.grid().smallest_spacing());
+    let unit = scene.transfer().opacity_length(volume.grid());
     let scene = scene.clone().with_method(Method::default())?.with_slices(Slicing::Count(slices))?.with_opacity_unit(unit)?;
     let mut list = Vec::new();
     let middle = clock.gone() + 0.5 * clock.left(part);

@@ -5,6 +5,7 @@ use crate::{Error, Result};
 
 /// A way to integrate, under the name it has in reports.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct NamedMethod {
     /// Its name.
     pub name: &'static str,

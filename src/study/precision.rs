@@ -36,6 +36,7 @@ const TOLERANCES: [f64; 8] = [2e-2, 1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4];
 
 /// How a study is made.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct Options {
     /// Seconds it may take, about; some seconds at least, whatever it says.
     pub budget: f64,
@@ -45,15 +46,44 @@ pub struct Options {
     pub settings: Settings,
 }
 
+impl Options {
+    /// All methods, 60 seconds, [`Settings::new`].
+    pub fn new() -> Self {
+        Self { budget: BUDGET, methods: METHODS.iter().collect(), settings: Settings::new() }
+    }
+
+    /// The options with another budget, in seconds; it must be positive and finite.
+    #[must_use]
+    pub fn budget(mut self, seconds: f64) -> Self {
+        self.budget = seconds;
+        self
+    }
+
+    /// The options with other methods to compare, at least one.
+    #[must_use]
+    pub fn methods(mut self, methods: Vec<&'static NamedMethod>) -> Self {
+        self.methods = methods;
+        self
+    }
+
+    /// The options with other settings.
+    #[must_use]
+    pub fn settings(mut self, settings: Settings) -> Self {
+        self.settings = settings;
+        self
+    }
+}
+
 impl Default for Options {
-    /// All methods, 60 seconds.
+    /// [`Options::new`].
     fn default() -> Self {
-        Self { budget: BUDGET, methods: METHODS.iter().collect(), settings: Settings::default() }
+        Self::new()
     }
 }
 
 /// A study, and the pictures it shows.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct Study {
     /// The numbers.
     pub record: Record,

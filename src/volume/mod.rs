@@ -30,6 +30,7 @@ use std::sync::{Arc, OnceLock};
 
 /// What kind of numbers the voxels are, where the file or the caller says so.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum Modality {
     /// Not stated.
     #[default]
@@ -38,6 +39,17 @@ pub enum Modality {
     Ct,
     /// Magnetic resonance: arbitrary units, 0 and up.
     Mr,
+}
+
+impl Modality {
+    /// The name used in scene files: `ct`, `mr`; `None` where nobody says.
+    pub fn name(self) -> Option<&'static str> {
+        match self {
+            Self::Unknown => None,
+            Self::Ct => Some("ct"),
+            Self::Mr => Some("mr"),
+        }
+    }
 }
 
 /// A volume: a [`Grid`] and its voxels.

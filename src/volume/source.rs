@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 
 /// Where the voxels are.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum Origin {
     /// A file that describes itself.
     File(PathBuf),
@@ -20,6 +21,7 @@ pub enum Origin {
 
 /// A volume still to be loaded, and what is to be changed about it.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct VolumeSource {
     /// Where the voxels are.
     pub origin: Origin,
@@ -41,6 +43,48 @@ impl VolumeSource {
     /// The source itself, with nothing changed.
     pub fn new(origin: Origin) -> Self {
         Self { origin, convention: BoxConvention::Cells, spacing: None, position: None, slope: None, intercept: None, modality: None }
+    }
+
+    /// The source whose voxels fill another box.
+    #[must_use]
+    pub fn with_convention(mut self, convention: BoxConvention) -> Self {
+        self.convention = convention;
+        self
+    }
+
+    /// The source with a spacing of its own (world units along x, y, z); a negative number also turns the axis around.
+    #[must_use]
+    pub fn with_spacing(mut self, spacing: [f64; 3]) -> Self {
+        self.spacing = Some(spacing);
+        self
+    }
+
+    /// The source with voxel (0,0,0) at another world position.
+    #[must_use]
+    pub fn with_position(mut self, position: [f64; 3]) -> Self {
+        self.position = Some(position);
+        self
+    }
+
+    /// The source with another slope in value = slope * stored + intercept.
+    #[must_use]
+    pub fn with_slope(mut self, slope: f64) -> Self {
+        self.slope = Some(slope);
+        self
+    }
+
+    /// The source with another intercept in value = slope * stored + intercept.
+    #[must_use]
+    pub fn with_intercept(mut self, intercept: f64) -> Self {
+        self.intercept = Some(intercept);
+        self
+    }
+
+    /// The source with another kind of values.
+    #[must_use]
+    pub fn with_modality(mut self, modality: Modality) -> Self {
+        self.modality = Some(modality);
+        self
     }
 
     /// The file that is read, if any.

@@ -8,6 +8,7 @@ pub const HISTOGRAM_BINS: usize = 256;
 
 /// Summary of a volume's values, in the data's units (rescaled). Voxels that are NaN or infinite are counted and otherwise left out.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Statistics {
     /// Smallest finite value; 0 when there is none.
     pub min: f64,

@@ -38,6 +38,7 @@ fn filter(filter: Filter) -> u32 {
     match filter {
         Filter::Linear => LINEAR,
         Filter::Nearest => NEAREST,
+        other => panic!("OpenGL 1.x has no filter {other:?}"),
     }
 }
 
@@ -88,7 +89,7 @@ fn compare(compare: Compare) -> u32 {
 /// The 256 colours, as the program computes them.
 fn table(scene: &Scene, state: &OpenGl, volume: &Volume, spacing: f64) -> Vec<[f64; 4]> {
     let (slope, intercept) = volume.rescale();
-    let unit = scene.opacity_unit().unwrap_or(volume.grid().smallest_spacing());
+    let unit = scene.transfer().opacity_length(volume.grid());
     let s = volume.statistics();
     (0..256)
         .map(|i| {
@@ -299,6 +300,7 @@ pub(crate) fn draw(library: &Gl, volume: &Volume, scene: &Scene, show: Show) -> 
         Target::F32 => FLOAT,
         Target::Unorm8 => UNSIGNED_BYTE,
         Target::Unorm16 => UNSIGNED_SHORT,
+        other => panic!("there is no framebuffer of {other:?} here"),
     };
     let gl = library.context(kind, width as usize, height as usize);
     let eye = Eye::new(scene);

@@ -55,7 +55,7 @@ fn count(case: &Case) -> Picture {
     let sum = BlendFunction::add(Factor::One, Factor::One);
     let state = OpenGl { scissor: case.state.scissor, table: Some(TextureFormat::F32), ..OpenGl::default() }.with_blend(sum);
     let scene = case.scene(Bits::Float, Arithmetic::Float).with_opengl(state).unwrap();
-    let scene = scene.with_method(Method { target: Target::F32, ..Method::default() }).unwrap().with_transfer(white).with_fog(None);
+    let scene = scene.with_method(Method::default().with_target(Target::F32)).unwrap().with_transfer(white).with_fog(None);
     ours(&case.volume, &scene.with_background(Straight::default()).unwrap())
 }
 

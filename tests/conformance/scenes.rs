@@ -58,7 +58,7 @@ impl Case {
             Bits::Sixteen => Target::Unorm16,
         };
         let order = self.scene.order();
-        let method = Method { classification: self.classification, filter: self.filter, target, ..Method::default() };
+        let method = Method::default().with_classification(self.classification).with_filter(self.filter).with_target(target);
         self.scene
             .clone()
             .with_opengl(OpenGl { texture, filter_arithmetic: arithmetic, ..self.state })

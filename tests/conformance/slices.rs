@@ -32,6 +32,7 @@ impl Eye {
         let (half_height, perspective) = match scene.camera().projection() {
             Projection::Orthographic { height } => (0.5 * height.expect("these scenes say how high the view is"), false),
             Projection::Perspective { fov_y } => ((0.5 * fov_y.to_radians()).tan(), true),
+            other => panic!("OpenGL has no projection {other:?}"),
         };
         Self { modelview, half: DVec2::new(half_height * size.x / size.y, half_height), perspective, size }
     }

@@ -7,7 +7,7 @@ use slicestack::volume::phantom::Phantom;
 use slicestack::{Renderer, Scene, Settings, Volume};
 
 fn merged() -> Method {
-    Method { merge: true, ..Method::default() }
+    Method::default().with_merge(true)
 }
 
 #[test]
@@ -36,7 +36,7 @@ fn nothing_changes_where_everything_is_the_same() {
 fn the_same_error_takes_fewer_lookups() {
     for phantom in [Phantom::DistanceField, Phantom::MarschnerLobb, Phantom::Cloud] {
         let volume = phantom.volume(64).unwrap();
-        let scene = Scene::new(phantom.default_transfer()).with_opacity_unit(Phantom::opacity_unit(64)).unwrap();
+        let scene = Scene::new(phantom.default_transfer(64));
         let scene = scene.with_size(80, 72).unwrap().with_camera(orbit(25.0, 15.0, 1.2, PARALLEL));
         let truth = image(&scene, &volume, Region::whole(&scene)).unwrap();
         let truth = metrics::Displayed::over_black(80, truth.pixels()).unwrap();
@@ -74,10 +74,10 @@ fn what_shows_nothing_is_still_passed_over() {
 #[test]
 fn how_it_runs_does_not_matter() {
     let volume = Phantom::Cloud.volume(48).unwrap();
-    let scene = Scene::new(Phantom::Cloud.default_transfer()).with_opacity_unit(Phantom::opacity_unit(48)).unwrap();
+    let scene = Scene::new(Phantom::Cloud.default_transfer(48));
     let scene = scene.with_size(91, 77).unwrap().with_camera(orbit(25.0, 15.0, 0.9, WIDE)).with_method(merged()).unwrap();
     let run = |threads: usize, tile: u32| {
-        let settings = Settings { threads: Some(threads), tile: Some(tile), ..Settings::default() };
+        let settings = Settings::new().threads(threads).tile(tile);
         let (picture, stats) = Renderer::new(&volume, settings).render(&scene).unwrap();
         (picture.sha256(), stats.fetches, stats.tally)
     };
@@ -91,7 +91,7 @@ fn how_it_runs_does_not_matter() {
 #[test]
 fn what_it_cannot_do_is_refused_or_left_alone() {
     let scene = Scene::new(constant([1.0; 3], 0.1));
-    let second = Method { classification: Classification::SecondOrder, ..merged() };
+    let second = merged().with_classification(Classification::SecondOrder);
     let said = scene.clone().with_method(second).unwrap_err().to_string();
     assert!(said.starts_with("slices merge: "), "{said}");
     let volume = Phantom::Cloud.volume(20).unwrap();

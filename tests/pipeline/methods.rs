@@ -31,15 +31,15 @@ fn measured(method: Method, counts: &[u64]) -> (f64, Vec<f64>) {
 #[test]
 fn every_method_has_its_order() {
     let base = Method::default();
-    let pairs = Method { classification: Classification::PreIntegrated, ..base };
-    let second = Method { classification: Classification::SecondOrder, ..base };
+    let pairs = base.with_classification(Classification::PreIntegrated);
+    let second = base.with_classification(Classification::SecondOrder);
     for (what, method, counts) in [
         ("midpoint", base, [16, 24, 32, 48, 64]),
-        ("sampled at the end", Method { sample: SampleAt::End, ..base }, [32, 48, 64, 96, 128]),
-        ("riemann", Method { slab: SlabForm::Riemann, ..base }, [32, 48, 64, 96, 128]),
-        ("whole ends", Method { ends: Ends::Whole, ..base }, [33, 49, 67, 95, 131]),
+        ("sampled at the end", base.with_sample(SampleAt::End), [32, 48, 64, 96, 128]),
+        ("riemann", base.with_slab(SlabForm::Riemann), [32, 48, 64, 96, 128]),
+        ("whole ends", base.with_ends(Ends::Whole), [33, 49, 67, 95, 131]),
         ("pre-integrated", pairs, [8, 12, 16, 24, 32]),
-        ("pre-integrated, whole ends", Method { ends: Ends::Whole, ..pairs }, [33, 49, 67, 95, 131]),
+        ("pre-integrated, whole ends", pairs.with_ends(Ends::Whole), [33, 49, 67, 95, 131]),
         ("second order", second, [6, 8, 10, 12, 16]),
     ] {
         let (order, errors) = measured(method, &counts);
@@ -50,9 +50,9 @@ fn every_method_has_its_order() {
 
 #[test]
 fn extrapolation_gains_an_order_where_the_error_is_a_smooth_series() {
-    let pairs = Method { classification: Classification::PreIntegrated, ..Method::default() };
+    let pairs = Method::default().with_classification(Classification::PreIntegrated);
     let counts = [4, 6, 8, 12];
-    let (order, errors) = measured(Method { extrapolate: true, ..pairs }, &counts);
+    let (order, errors) = measured(pairs.with_extrapolate(true), &counts);
     let (_, plain) = measured(pairs, &[8, 12, 16, 24]);
     assert!(order > 2.85, "order {order}, errors {errors:?}");
     assert!(errors.iter().zip(&plain).all(|(e, p)| e < &(0.3 * p)), "{errors:?} after {plain:?}");
@@ -82,8 +82,8 @@ fn nearest_voxels_and_classified_voxels_have_limits_of_their_own() {
     let exact = image(&scene, &volume, Region::whole(&scene)).unwrap();
     let base = Method::default();
     for (what, method, counts) in [
-        ("nearest", Method { filter: Filter::Nearest, ..base }, [64, 96, 160, 224, 352, 512]),
-        ("pre-classified", Method { classification: Classification::Pre, ..base }, [32, 48, 64, 96, 128, 192]),
+        ("nearest", base.with_filter(Filter::Nearest), [64, 96, 160, 224, 352, 512]),
+        ("pre-classified", base.with_classification(Classification::Pre), [32, 48, 64, 96, 128, 192]),
     ] {
         let distances = distances(method, &counts);
         let order = order(&counts, &distances);
@@ -122,8 +122,7 @@ fn a_million_slices_keep_every_opacity() {
             let error = uniform_error(a, 1_000_000, order, Method::default());
             assert!(error < 1e-5, "opacity {a}, {order:?}: {error}");
         }
-        plain =
-            plain.max(uniform_error(a, 1_000_000, Order::FrontToBack, Method { accumulation: Accumulation::Plain, ..Method::default() }));
+        plain = plain.max(uniform_error(a, 1_000_000, Order::FrontToBack, Method::default().with_accumulation(Accumulation::Plain)));
     }
     assert!(plain > 1e-3, "plain sums are good enough: {plain}");
 }
@@ -131,7 +130,7 @@ fn a_million_slices_keep_every_opacity() {
 #[test]
 fn eight_bits_lose_what_is_below_half_a_step() {
     // 1 / 510 is half a step: a slice of a thousandth never leaves a trace, however many there are.
-    let eight = Method { target: Target::Unorm8, ..Method::default() };
+    let eight = Method::default().with_target(Target::Unorm8);
     for order in [Order::FrontToBack, Order::BackToFront] {
         let (volume, scene) = uniform(0.001, 1000);
         let (picture, _) = render(&volume, &scene.clone().with_order(order).with_method(eight).unwrap());
@@ -150,7 +149,7 @@ fn eight_bits_lose_what_is_below_half_a_step() {
 #[test]
 fn riemann_slabs_diverge_past_their_limit_and_stay_numbers() {
     // Extinction times thickness: below 1 all is well, up to 2 weights change sign, beyond they grow without bound.
-    let riemann = Method { slab: SlabForm::Riemann, ..Method::default() };
+    let riemann = Method::default().with_slab(SlabForm::Riemann);
     let alpha = |depth: f64| {
         let (volume, scene) = uniform(-(-depth).exp_m1(), 400);
         render(&volume, &scene.with_method(riemann).unwrap()).0.pixel(0, 0)[3]
@@ -171,7 +170,7 @@ fn pre_integration_needs_a_quarter_of_the_slices_on_spikes() {
     );
     let scene = scene.with_transfer(spike.unwrap()).with_opacity_unit(0.05).unwrap();
     for classification in [Classification::PreIntegrated, Classification::SecondOrder] {
-        let pairs = scene.clone().with_method(Method { classification, ..Method::default() }).unwrap();
+        let pairs = scene.clone().with_method(Method::default().with_classification(classification)).unwrap();
         for n in [16, 32, 64, 128] {
             let few = errors(&volume, &pairs, &[n])[0];
             let many = errors(&volume, &scene, &[4 * n])[0];
@@ -184,9 +183,9 @@ fn pre_integration_needs_a_quarter_of_the_slices_on_spikes() {
 #[test]
 fn an_estimate_is_near_the_error() {
     let (volume, scene) = cell();
-    for method in [Method::default(), Method { ends: Ends::Whole, ..Method::default() }] {
+    for method in [Method::default(), Method::default().with_ends(Ends::Whole)] {
         let scene = scene.clone().with_method(method).unwrap().with_slices(Slicing::Count(24)).unwrap();
-        let settings = Settings { estimate: true, ..Settings::default() };
+        let settings = Settings::new().estimate(true);
         let (picture, stats) = Renderer::new(&volume, settings).render(&scene).unwrap();
         assert_eq!(picture.sha256(), render(&volume, &scene).0.sha256(), "an estimate changes no byte");
         let (estimate, error) = (stats.error_estimate.unwrap(), errors(&volume, &scene, &[24])[0]);

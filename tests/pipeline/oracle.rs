@@ -31,7 +31,7 @@ impl<'a> Oracle<'a> {
         let view = scene.camera().resolve(volume.grid(), width, height).unwrap();
         let Slicing::Count(count) = scene.slicing() else { panic!("the slow picture counts slices") };
         let stack = Stack::new(volume.grid(), &view, scene.clip_planes(), count);
-        let unit = scene.opacity_unit().unwrap_or_else(|| volume.grid().smallest_spacing());
+        let unit = scene.transfer().opacity_length(volume.grid());
         Self { volume, scene, stack, unit }
     }
 
@@ -168,6 +168,7 @@ impl<'a> Oracle<'a> {
                 Some(rgb) => (rgb, 0.0),
                 None => ([0.0; 3], 1.0),
             },
+            other => panic!("the slow picture does not know the blend {other:?}"),
         };
         let back = self.scene.background().premultiply();
         let [r, g, b] = std::array::from_fn(|c| rgb[c] + transmittance * back.rgb[c]);

@@ -21,14 +21,14 @@ fn skipping_changes_no_bit() {
     ];
     let spike = TransferFunction::new(vec![(0.0, [1.0; 3])], vec![(99.9, 0.0), (100.0, 0.9), (100.1, 0.0)]).unwrap();
     let step = TransferFunction::new(vec![(100.0, [1.0, 0.5, 0.1])], vec![(60.0, 0.0), (60.0, 0.3)]).unwrap();
-    let by = |classification| Method { classification, ..Method::default() };
+    let by = |classification| Method::default().with_classification(classification);
     let methods = [
         by(Classification::Post),
         by(Classification::PreIntegrated),
         by(Classification::SecondOrder),
         by(Classification::Pre),
-        Method { sample: SampleAt::End, ..Method::default() },
-        Method { filter: Filter::Nearest, ..by(Classification::SecondOrder) },
+        Method::default().with_sample(SampleAt::End),
+        by(Classification::SecondOrder).with_filter(Filter::Nearest),
     ];
     let mut saved = 0;
     for volume in &volumes {

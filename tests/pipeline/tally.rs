@@ -22,9 +22,9 @@ fn fragments_and_lookups_add_up() {
     let dims = [40, 33, 28];
     let half = Volume::new(oblique(dims), fill::<u8>(dims, &|[x, y, z]| if x + 0.2 * y > 0.1 { 150.0 + 50.0 * z } else { 0.0 })).unwrap();
     let step = TransferFunction::new(vec![(100.0, [1.0, 0.5, 0.1])], vec![(60.0, 0.0), (60.0, 0.3)]).unwrap();
-    let by = |classification| Method { classification, ..Method::default() };
-    let merged = Method { merge: true, ..Method::default() };
-    let methods = [merged, by(Classification::Post), by(Classification::SecondOrder), Method { ends: Ends::Whole, ..Method::default() }];
+    let by = |classification| Method::default().with_classification(classification);
+    let merged = Method::default().with_merge(true);
+    let methods = [merged, by(Classification::Post), by(Classification::SecondOrder), Method::default().with_ends(Ends::Whole)];
     let literal = Fog::new(FogMode::Exp { density: 0.0 }, [1.0; 3]).unwrap().with_weighting(FogWeighting::Literal);
     let (mut finished, mut empty, mut corners) = (0, 0, 0);
     for camera in

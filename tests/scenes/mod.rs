@@ -114,7 +114,7 @@ pub(crate) fn samples() -> Vec<Sample> {
     add(
         "min",
         Phantom::DistanceField.volume(20).unwrap(),
-        looked(s(), 20.0, 30.0, 0.0, 1.3, WIDE).with_blend(Blend::Min).unwrap().with_transfer(Phantom::DistanceField.default_transfer()),
+        looked(s(), 20.0, 30.0, 0.0, 1.3, WIDE).with_blend(Blend::Min).unwrap().with_transfer(Phantom::DistanceField.default_transfer(20)),
     );
     add("average", head(), shown(looked(s(), 60.0, 10.0, 0.0, 1.3, WIDE).with_blend(Blend::Average).unwrap()));
     add("add", head(), looked(s(), 80.0, 10.0, 0.0, 1.3, PARALLEL).with_blend(Blend::Add).unwrap());
@@ -226,15 +226,15 @@ pub(crate) fn samples() -> Vec<Sample> {
     // Ways to integrate.
     let by = |scene: Scene, method: Method| scene.with_method(method).unwrap();
     let base = Method::default();
-    let pairs = Method { classification: Classification::PreIntegrated, ..base };
-    let second = Method { classification: Classification::SecondOrder, ..base };
+    let pairs = base.with_classification(Classification::PreIntegrated);
+    let second = base.with_classification(Classification::SecondOrder);
     let few = || scene((48, 40), 20);
     let near = |s: Scene| looked(s, 30.0, 20.0, 0.0, 1.3, WIDE);
     add("pre-integrated", head(), by(looked(few(), 40.0, 25.0, 0.0, 1.3, PARALLEL), pairs));
     add("pre-integrated-fog", head(), by(foggy(near(few()), FogMode::Exp { density: 0.02 }, FogDistance::Planar, alpha), pairs));
     add("pre-integrated-fog-radial", head(), by(foggy(near(few()), FogMode::Exp2 { density: 0.02 }, FogDistance::Radial, alpha), second));
     add("pre-integrated-add", head(), by(near(few()).with_blend(Blend::Add).unwrap(), pairs));
-    add("pre-integrated-whole-ends", cloud(20, VoxelType::U8), thin(by(near(few()), Method { ends: Ends::Whole, ..second })));
+    add("pre-integrated-whole-ends", cloud(20, VoxelType::U8), thin(by(near(few()), second.with_ends(Ends::Whole))));
     add("second-order", cloud(20, VoxelType::I16), thin(by(looked(few(), 70.0, 30.0, 0.0, 1.2, PARALLEL), second)));
     add("second-order-clip", head(), {
         let planes = vec![plane(&v, DVec3::new(0.2, 1.0, 0.3), 0.0), plane(&v, DVec3::new(1.0, 0.1, -0.3), -0.2)];
@@ -250,25 +250,21 @@ pub(crate) fn samples() -> Vec<Sample> {
         by(looked(few(), 30.0, 20.0, 0.0, 1.3, PARALLEL), second),
     );
     add("second-order-tiny", counted([1, 1, 9]), shown(by(looked(scene((32, 32), 9), 60.0, 20.0, 0.0, 1.2, WIDE), second)));
-    add("pre-classified", head(), by(near(s()), Method { classification: Classification::Pre, ..base }));
-    add("pre-classified-16", cloud(20, VoxelType::U16), thin(by(near(s()), Method { classification: Classification::Pre, ..base })));
-    add(
-        "nearest",
-        cloud(20, VoxelType::U8),
-        thin(by(looked(s(), 30.0, 20.0, 0.0, 1.3, PARALLEL), Method { filter: Filter::Nearest, ..base })),
-    );
-    add("nearest-pairs", cloud(20, VoxelType::I32), thin(by(near(few()), Method { filter: Filter::Nearest, ..pairs })));
-    add("riemann", head(), by(near(s()), Method { slab: SlabForm::Riemann, ..base }));
-    add("riemann-coarse", head(), by(near(scene((48, 40), 3)).with_opacity_unit(0.2).unwrap(), Method { slab: SlabForm::Riemann, ..base }));
-    add("sampled-at-the-end", head(), by(near(few()), Method { sample: SampleAt::End, ..base }));
-    add("whole-ends", cloud(20, VoxelType::U8), thin(by(near(few()), Method { ends: Ends::Whole, ..base })));
-    add("eight-bits", cloud(20, VoxelType::U8), thin(by(near(s()), Method { target: Target::Unorm8, ..base })));
+    add("pre-classified", head(), by(near(s()), base.with_classification(Classification::Pre)));
+    add("pre-classified-16", cloud(20, VoxelType::U16), thin(by(near(s()), base.with_classification(Classification::Pre))));
+    add("nearest", cloud(20, VoxelType::U8), thin(by(looked(s(), 30.0, 20.0, 0.0, 1.3, PARALLEL), base.with_filter(Filter::Nearest))));
+    add("nearest-pairs", cloud(20, VoxelType::I32), thin(by(near(few()), pairs.with_filter(Filter::Nearest))));
+    add("riemann", head(), by(near(s()), base.with_slab(SlabForm::Riemann)));
+    add("riemann-coarse", head(), by(near(scene((48, 40), 3)).with_opacity_unit(0.2).unwrap(), base.with_slab(SlabForm::Riemann)));
+    add("sampled-at-the-end", head(), by(near(few()), base.with_sample(SampleAt::End)));
+    add("whole-ends", cloud(20, VoxelType::U8), thin(by(near(few()), base.with_ends(Ends::Whole))));
+    add("eight-bits", cloud(20, VoxelType::U8), thin(by(near(s()), base.with_target(Target::Unorm8))));
     add(
         "eight-bits-back-to-front",
         cloud(20, VoxelType::U8),
-        thin(by(near(s()).with_order(Order::BackToFront), Method { target: Target::Unorm8, ..base })),
+        thin(by(near(s()).with_order(Order::BackToFront), base.with_target(Target::Unorm8))),
     );
-    let merged = Method { merge: true, ..base };
+    let merged = base.with_merge(true);
     add("merged", head(), by(near(s()), merged));
     let fog = |s: Scene| foggy(s, FogMode::Exp { density: 0.02 }, FogDistance::Planar, FogWeighting::Alpha);
     add("merged-fog", cloud(20, VoxelType::U16), fog(thin(by(near(scene((48, 40), 200)), merged))));
@@ -279,13 +275,13 @@ pub(crate) fn samples() -> Vec<Sample> {
     add("merged-nines", cloud(20, VoxelType::U8), stepped(90));
     add("merged-runs-of-nines", cloud(20, VoxelType::U8), stepped(400));
     add("merged-thick", head(), by(looked(few(), 30.0, 20.0, 0.0, 1.3, PARALLEL), merged));
-    let kept = Method { accumulation: Accumulation::Compensated, ..base };
+    let kept = base.with_accumulation(Accumulation::Compensated);
     add("compensated", head(), by(near(s()), kept));
     add("compensated-back-to-front", head(), by(near(s()).with_order(Order::BackToFront), kept));
     add("compensated-to-the-end", head(), by(looked(s(), 30.0, 20.0, 0.0, 1.3, PARALLEL).with_terminate(0.0).unwrap(), kept));
     add("many-slices", cloud(16, VoxelType::U8), thin(looked(scene((12, 10), 2500), 30.0, 20.0, 0.0, 1.3, PARALLEL)));
-    add("extrapolated", head(), by(near(few()), Method { extrapolate: true, ..base }));
-    add("extrapolated-pairs", head(), by(near(few()), Method { extrapolate: true, ..pairs }));
+    add("extrapolated", head(), by(near(few()), base.with_extrapolate(true)));
+    add("extrapolated-pairs", head(), by(near(few()), pairs.with_extrapolate(true)));
     add("transparent-background", head(), looked(s(), 30.0, 50.0, 0.0, 1.3, WIDE).with_background(Straight::default()).unwrap());
     opengl(&mut list);
     list
@@ -297,17 +293,17 @@ fn opengl(list: &mut Vec<Sample>) {
     let gl = |s: Scene, state: OpenGl, method: Method| s.with_opengl(state).unwrap().with_method(method).unwrap();
     let view = |s: Scene| looked(s, 30.0, 20.0, 0.0, 2.0, WIDE);
     let s = || scene((48, 40), 50);
-    let eight = Method { target: Target::Unorm8, ..Method::default() };
+    let eight = Method::default().with_target(Target::Unorm8);
     add("opengl", head(), gl(view(s()), OpenGl::default(), eight));
     add("opengl-f32", cloud(20, VoxelType::I16), gl(view(s()), OpenGl::default(), Method::default()).with_transfer(soft()));
     add(
         "opengl-16",
         cloud(20, VoxelType::F32),
-        gl(view(s()), OpenGl::straight(), Method { target: Target::Unorm16, ..eight }).with_transfer(soft()),
+        gl(view(s()), OpenGl::straight(), eight.with_target(Target::Unorm16)).with_transfer(soft()),
     );
     let fixed = OpenGl { filter_arithmetic: Arithmetic::Fixed, ..OpenGl::default() };
-    add("opengl-pre", cloud(20, VoxelType::U8), gl(view(s()), fixed, Method { classification: Classification::Pre, ..eight }));
-    let nearest = Method { filter: Filter::Nearest, ..eight };
+    add("opengl-pre", cloud(20, VoxelType::U8), gl(view(s()), fixed, eight.with_classification(Classification::Pre)));
+    let nearest = eight.with_filter(Filter::Nearest);
     let bordered = OpenGl {
         texture_matrix: DMat4::from_cols(
             DVec4::new(1.7, 0.2, 0.0, 0.4),

@@ -1,29 +1,71 @@
 //! Scene files: TOML, or JSON with the same keys.
 //!
 //! ```text
-//!  text --table--> checked table + where each key was written --serde--> Document --build--> VolumeSource, Scene
+//!  text --table--> checked table + where each key was written --serde--> Document --sections--> VolumeSource, Scene
 //!                       ^ overrides (`section.key = value`)
 //! ```
+//! Each section has a file of its own with all about its keys: their words in the schema and in `--help`, what they may be, which
+//! exclude each other, and what they set in the scene. A key that is left out leaves the scene's own default.
+//!
 //! Unknown keys are errors. An error names the file, the line and the key, or the flag that overrode it.
 
-mod build;
-mod keys;
+mod camera;
+mod clip;
+mod fog;
+mod image;
 mod opengl;
+mod render;
 mod schema;
+mod section;
+mod slices;
 mod table;
 #[cfg(test)]
 mod tests;
+mod transfer;
+mod volume;
 
 pub use schema::{Key, KeyKind, keys, schema};
 
+use crate::scene::{Blend, Method};
 use crate::volume::VolumeSource;
 use crate::{Error, Result, Scene, Volume};
-use keys::Document;
+use schemars::JsonSchema;
+use section::{Context, Data, Rivals};
+use serde::Deserialize;
 use std::path::{Path, PathBuf};
 use table::{Place, Places};
 
 /// Largest scene file that is read.
 const MAX_BYTES: u64 = 16 << 20;
+
+/// A scene file for slicestack: a volume, and how to picture it. Every key but the volume has a default.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+struct Document {
+    /// What to picture.
+    volume: volume::VolumeKeys,
+    /// Where the eye is and how it projects: the look-at form (eye, target, up) or the orbit form (azimuth, elevation, roll, zoom).
+    camera: camera::CameraKeys,
+    /// The picture itself.
+    image: image::ImageKeys,
+    /// From values to colour and opacity: a preset, a colour map, or lists of points.
+    transfer: transfer::TransferKeys,
+    /// How many slices, and how they are blended.
+    slices: slices::SliceKeys,
+    /// OpenGL's fog.
+    fog: fog::FogKeys,
+    /// How fragments become pixels.
+    render: render::RenderKeys,
+    /// State of the OpenGL pipeline, for render.profile = "opengl".
+    opengl: opengl::OpenGlKeys,
+    /// Up to six planes that cut the box.
+    clip: Vec<clip::ClipKeys>,
+}
+
+/// Ways to say one thing, of all sections: a key given on the command line drops its rivals from the file.
+fn rivals() -> impl Iterator<Item = &'static Rivals> {
+    [volume::RIVALS, camera::RIVALS, transfer::RIVALS, slices::RIVALS].into_iter().flatten()
+}
 
 /// Keys given beside the file, usually by flags: they win over the file's.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -44,7 +86,8 @@ pub struct SceneFile {
     places: Places,
     base: PathBuf,
     source: VolumeSource,
-    shell: Scene,
+    /// The scene as far as it is known without the data.
+    partial: Scene,
 }
 
 impl SceneFile {
@@ -78,9 +121,9 @@ impl SceneFile {
 
     fn build(text: &str, file: Option<&Path>, base: &Path, overrides: &Overrides) -> Result<Self> {
         let (document, places) = table::document(text, file, overrides)?;
-        let builder = build::Builder { document: &document, places: &places, base };
-        let (source, shell) = (builder.source()?, builder.shell()?);
-        Ok(Self { base: base.to_path_buf(), source, shell, document, places })
+        let cx = Context { document: &document, places: &places, base };
+        let (source, partial) = (document.volume.source(&cx)?, document.before_data(&cx)?);
+        Ok(Self { base: base.to_path_buf(), source, partial, document, places })
     }
 
     /// The volume that the scene is about.
@@ -94,6 +137,49 @@ impl SceneFile {
     /// [`Error::Invalid`] or [`Error::Format`] where what depends on the data cannot be: a look-at camera that stands on the
     /// box's centre, a preset over a range that overflows.
     pub fn to_scene(&self, volume: &Volume) -> Result<(Scene, Vec<String>)> {
-        build::Builder { document: &self.document, places: &self.places, base: &self.base }.finish(&self.shell, volume)
+        let d = &self.document;
+        let cx = Context { document: d, places: &self.places, base: &self.base };
+        let mut data = Data { volume, scene: self.partial.clone(), warnings: Vec::new() };
+        d.transfer.finish(&cx, &mut data)?;
+        data.scene = data.scene.with_camera(d.camera.camera(&cx, volume.grid(), self.partial.size())?);
+        d.render.finish(&mut data)?;
+        d.slices.finish(&mut data);
+        let Data { scene, mut warnings, .. } = data;
+        let (min, max) = volume.range();
+        if min == max && volume.statistics().non_finite == 0 {
+            warnings.push(format!("every voxel is {min}: the picture shows the box and nothing in it"));
+        }
+        if matches!(scene.blend(), Blend::Over | Blend::Add) && !scene.transfer().opaque_within(min, max) {
+            warnings.push(format!("the picture is empty: the transfer function is transparent from {min} to {max}, all the data has"));
+        }
+        Ok((scene, warnings))
+    }
+}
+
+impl Document {
+    /// All of the scene that does not depend on the data, so that a mistake is found before a volume is loaded.
+    fn before_data(&self, cx: &Context<'_>) -> Result<Scene> {
+        self.render.check_offered(cx)?;
+        let scene = Scene::new(self.transfer.before_data(cx)?);
+        let scene = self.frame(cx, scene).map_err(|e| cx.places.locate(e))?;
+        Ok(scene.with_camera(self.camera.before_data(cx)?))
+    }
+
+    /// All sections but camera and transfer function.
+    fn frame(&self, cx: &Context<'_>, scene: Scene) -> Result<Scene> {
+        let scene = self.image.apply(scene)?;
+        let scene = self.opengl.apply(cx, scene)?;
+        let scene = self.slices.apply(cx, scene)?;
+        let method = self.method(scene.method());
+        let scene = scene.with_method(method)?;
+        self.slices.check_merge(cx, &scene)?;
+        let scene = self.fog.apply(cx, scene)?;
+        let scene = clip::apply(&self.clip, cx, scene)?;
+        self.render.apply(cx, scene)
+    }
+
+    /// `method` with what three sections change about it.
+    fn method(&self, method: Method) -> Method {
+        self.render.method(self.slices.method(self.transfer.method(method)))
     }
 }

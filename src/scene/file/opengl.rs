@@ -1,11 +1,11 @@
 //! The section `[opengl]`: its keys, and the pipeline's state from them.
 
-use super::build::Builder;
-use super::keys::{FilterKey, ProfileKey, choices};
+use super::render::FilterKey;
+use super::section::{Context, choices};
 use crate::Result;
 use crate::scene::{
-    AlphaTest, Arithmetic, BlendFunction, Compare, Environment, Equation, Factor, Filter, FogEvaluation, OpenGl, Scissor, TextureFormat,
-    Wrap,
+    AlphaTest, Arithmetic, BlendFunction, Compare, Environment, Equation, Factor, Filter, FogEvaluation, OpenGl, Scene, Scissor,
+    TableColors, TextureFormat, Wrap,
 };
 use glam::{DMat4, DVec4};
 use schemars::JsonSchema;
@@ -73,153 +73,103 @@ pub(super) struct OpenGlKeys {
 }
 
 choices! {
-    FormatKey { Unorm8, F32 }
-    WrapKey { ClampToEdge, ClampToBorder, Repeat }
-    ColorsKey { Premultiplied, Straight }
-    EnvironmentKey { Replace, Modulate }
-    FogEvaluationKey { Fragment, Vertex }
-    CompareKey { Never, Less, Equal, Lequal, Greater, Notequal, Gequal, Always }
-    ArithmeticKey { Fixed, Float }
-    EquationKey { Add, Subtract, ReverseSubtract, Min, Max }
-    FactorKey {
+    FormatKey => TextureFormat { Unorm8, F32 }
+    WrapKey => Wrap { ClampToEdge, ClampToBorder, Repeat }
+    ColorsKey => TableColors { Premultiplied, Straight }
+    EnvironmentKey => Environment { Replace, Modulate }
+    FogEvaluationKey => FogEvaluation { Fragment, Vertex }
+    CompareKey => Compare {
+        Never, Less, Equal, Lequal as LessOrEqual, Greater, Notequal as NotEqual, Gequal as GreaterOrEqual, Always
+    }
+    ArithmeticKey => Arithmetic { Fixed, Float }
+    EquationKey => Equation { Add, Subtract, ReverseSubtract, Min, Max }
+    FactorKey => Factor {
         Zero, One, SrcColor, OneMinusSrcColor, DstColor, OneMinusDstColor, SrcAlpha, OneMinusSrcAlpha, DstAlpha, OneMinusDstAlpha,
         ConstantColor, OneMinusConstantColor, ConstantAlpha, OneMinusConstantAlpha, SrcAlphaSaturate
     }
 }
 
-impl From<FormatKey> for TextureFormat {
-    fn from(key: FormatKey) -> Self {
-        match key {
-            FormatKey::Unorm8 => Self::Unorm8,
-            FormatKey::F32 => Self::F32,
-        }
-    }
-}
-
-impl From<FilterKey> for Filter {
-    fn from(key: FilterKey) -> Self {
-        match key {
-            FilterKey::Linear => Self::Linear,
-            FilterKey::Nearest => Self::Nearest,
-        }
-    }
-}
-
-impl From<WrapKey> for Wrap {
-    fn from(key: WrapKey) -> Self {
-        match key {
-            WrapKey::ClampToEdge => Self::ClampToEdge,
-            WrapKey::ClampToBorder => Self::ClampToBorder,
-            WrapKey::Repeat => Self::Repeat,
-        }
-    }
-}
-
-impl From<CompareKey> for Compare {
-    fn from(key: CompareKey) -> Self {
-        Self::ALL[key as usize]
-    }
-}
-
-impl From<EquationKey> for Equation {
-    fn from(key: EquationKey) -> Self {
-        Self::ALL[key as usize]
-    }
-}
-
-impl From<FactorKey> for Factor {
-    fn from(key: FactorKey) -> Self {
-        Self::ALL[key as usize]
-    }
-}
-
-impl Builder<'_> {
-    /// The pipeline's state, where the scene asks for the profile.
-    pub(super) fn opengl(&self) -> Result<Option<OpenGl>> {
-        let (d, k) = (self.document, &self.document.opengl);
-        if d.render.profile != Some(ProfileKey::Opengl) {
-            return match self.places.first_in("opengl") {
-                Some(key) => Err(self.error(key, "is for render.profile = \"opengl\" alone")),
-                None => Ok(None),
+impl OpenGlKeys {
+    /// `scene` drawn as OpenGL draws, where the section `[render]` asks for that profile.
+    pub(super) fn apply(&self, cx: &Context<'_>, scene: Scene) -> Result<Scene> {
+        if !cx.document.render.is_opengl() {
+            return match cx.places.first_in("opengl") {
+                Some(key) => Err(cx.error(key, "is for render.profile = \"opengl\" alone")),
+                None => Ok(scene),
             };
         }
-        let s = &d.slices;
-        let accurate = [
-            ("slices.tolerance", s.tolerance.is_some()),
-            ("slices.terminate", s.terminate.is_some()),
-            ("slices.slab", s.slab.is_some()),
-            ("slices.sample", s.sample.is_some()),
-            ("slices.ends", s.ends == Some(super::keys::EndsKey::Partial)),
-            ("slices.accumulation", s.accumulation.is_some()),
-            ("slices.extrapolate", s.extrapolate.is_some()),
-            ("slices.merge", s.merge.is_some()),
-        ];
-        self.refuse(&accurate, "belongs to the profile accurate; opengl draws every slice as a whole slab")?;
-        if d.fog.mode.is_none() {
-            self.refuse(&[("opengl.fog_evaluation", k.fog_evaluation.is_some())], "has no effect without fog.mode")?;
+        if cx.document.fog.mode.is_none() {
+            cx.refuse(&[("opengl.fog_evaluation", self.fog_evaluation.is_some())], "has no effect without fog.mode")?;
         }
-        if k.environment != Some(EnvironmentKey::Modulate) {
+        if self.environment != Some(EnvironmentKey::Modulate) {
             let why = "is for opengl.environment = \"modulate\"";
-            self.refuse(&[("opengl.primary_color", k.primary_color.is_some())], why)?;
+            cx.refuse(&[("opengl.primary_color", self.primary_color.is_some())], why)?;
         }
-        let straight = k.table_colors == Some(ColorsKey::Straight);
+        let straight = self.table_colors == Some(ColorsKey::Straight);
         let usual = if straight { OpenGl::straight_separate() } else { OpenGl::default() };
-        let blend = BlendFunction {
-            equation: k.blend_equation.map_or(usual.blend.equation, Equation::from),
-            source: k.blend_source.map_or(usual.blend.source, Factor::from),
-            destination: k.blend_destination.map_or(usual.blend.destination, Factor::from),
-        };
-        // Factors for colours are those of alpha too, as glBlendFunc has it; the usual ones know what each is for.
-        let given = k.blend_source.is_some() || k.blend_destination.is_some();
-        let alpha = BlendFunction {
-            equation: k.blend_equation_alpha.map_or(blend.equation, Equation::from),
-            source: k.blend_source_alpha.map_or(if given { blend.source } else { usual.blend_alpha.source }, Factor::from),
-            destination: k.blend_destination_alpha.map_or(blend.destination, Factor::from),
-        };
-        let constant = [blend.source, blend.destination, alpha.source, alpha.destination].iter().any(|f| f.is_constant());
-        self.refuse(
-            &[("opengl.blend_color", k.blend_color.is_some() && !constant)],
-            "has no effect without a constant factor, such as opengl.blend_source = \"constant-color\"",
-        )?;
-        let wrap = k.wrap.unwrap_or(WrapKey::ClampToEdge);
-        let wrap = [k.wrap_s, k.wrap_t, k.wrap_p].map(|own| own.unwrap_or(wrap));
-        self.refuse(
-            &[("opengl.border_color", k.border_color.is_some() && !wrap.contains(&WrapKey::ClampToBorder))],
-            "has no effect without opengl.wrap = \"clamp-to-border\"",
-        )?;
-        let [r0, r1, r2, r3] = k.texture_matrix.map_or(DMat4::IDENTITY.transpose().to_cols_array_2d(), |rows| rows).map(DVec4::from_array);
-        Ok(Some(OpenGl {
-            texture: k.texture.map_or(usual.texture, TextureFormat::from),
-            min_filter: k.min_filter.map(Filter::from),
-            filter_arithmetic: if k.filter_arithmetic == Some(ArithmeticKey::Fixed) { Arithmetic::Fixed } else { Arithmetic::Float },
-            wrap: wrap.map(Wrap::from),
-            border: k.border_color.unwrap_or(usual.border),
+        let (blend, blend_alpha) = self.blend(cx, &usual)?;
+        let identity = DMat4::IDENTITY.to_cols_array_2d();
+        let [r0, r1, r2, r3] = self.texture_matrix.unwrap_or(identity).map(DVec4::from_array);
+        scene.with_opengl(OpenGl {
+            texture: self.texture.map_or(usual.texture, TextureFormat::from),
+            min_filter: self.min_filter.map(Filter::from),
+            filter_arithmetic: self.filter_arithmetic.map_or(usual.filter_arithmetic, Arithmetic::from),
+            wrap: self.wrap(cx)?,
+            border: self.border_color.unwrap_or(usual.border),
             texture_matrix: DMat4::from_cols(r0, r1, r2, r3).transpose(),
-            table: k.table.map(TextureFormat::from),
-            table_filter: k.table_filter.map_or(usual.table_filter, Filter::from),
-            table_colors: usual.table_colors,
-            environment: if k.environment == Some(EnvironmentKey::Modulate) { Environment::Modulate } else { Environment::Replace },
-            primary: k.primary_color.unwrap_or(usual.primary),
-            fog_evaluation: if k.fog_evaluation == Some(FogEvaluationKey::Vertex) {
-                FogEvaluation::Vertex
-            } else {
-                FogEvaluation::Fragment
-            },
-            alpha_test: self.alpha_test()?,
-            blend_arithmetic: if k.blend_arithmetic == Some(ArithmeticKey::Float) { Arithmetic::Float } else { Arithmetic::Fixed },
+            table: self.table.map(TextureFormat::from),
+            table_filter: self.table_filter.map_or(usual.table_filter, Filter::from),
+            table_colors: self.table_colors.map_or(usual.table_colors, TableColors::from),
+            environment: self.environment.map_or(usual.environment, Environment::from),
+            primary: self.primary_color.unwrap_or(usual.primary),
+            fog_evaluation: self.fog_evaluation.map_or(usual.fog_evaluation, FogEvaluation::from),
+            alpha_test: self.alpha_test(cx)?,
+            blend_arithmetic: self.blend_arithmetic.map_or(usual.blend_arithmetic, Arithmetic::from),
             blend,
-            blend_alpha: alpha,
-            blend_constant: k.blend_color.unwrap_or(usual.blend_constant),
-            scissor: k.scissor.map(|[x, y, width, height]| Scissor { x, y, width, height }),
-        }))
+            blend_alpha,
+            blend_constant: self.blend_color.unwrap_or(usual.blend_constant),
+            scissor: self.scissor.map(|[x, y, width, height]| Scissor { x, y, width, height }),
+        })
     }
 
-    fn alpha_test(&self) -> Result<Option<AlphaTest>> {
-        let k = &self.document.opengl;
-        let Some(compare) = k.alpha_test else {
-            self.refuse(&[("opengl.alpha_reference", k.alpha_reference.is_some())], "has no effect without opengl.alpha_test")?;
+    /// The functions of colours and of alpha.
+    fn blend(&self, cx: &Context<'_>, usual: &OpenGl) -> Result<(BlendFunction, BlendFunction)> {
+        let blend = BlendFunction {
+            equation: self.blend_equation.map_or(usual.blend.equation, Equation::from),
+            source: self.blend_source.map_or(usual.blend.source, Factor::from),
+            destination: self.blend_destination.map_or(usual.blend.destination, Factor::from),
+        };
+        // Factors that are given for colours hold for alpha too, as glBlendFunc has it; the usual ones are for colours or alpha alone.
+        let given = self.blend_source.is_some() || self.blend_destination.is_some();
+        let alpha = BlendFunction {
+            equation: self.blend_equation_alpha.map_or(blend.equation, Equation::from),
+            source: self.blend_source_alpha.map_or(if given { blend.source } else { usual.blend_alpha.source }, Factor::from),
+            destination: self.blend_destination_alpha.map_or(blend.destination, Factor::from),
+        };
+        let constant = [blend.source, blend.destination, alpha.source, alpha.destination].iter().any(|f| f.is_constant());
+        cx.refuse(
+            &[("opengl.blend_color", self.blend_color.is_some() && !constant)],
+            "has no effect without a constant factor, such as opengl.blend_source = \"constant-color\"",
+        )?;
+        Ok((blend, alpha))
+    }
+
+    /// What lies beyond the texture along s, t and p.
+    fn wrap(&self, cx: &Context<'_>) -> Result<[Wrap; 3]> {
+        let all = self.wrap.unwrap_or(WrapKey::ClampToEdge);
+        let wrap = [self.wrap_s, self.wrap_t, self.wrap_p].map(|own| own.unwrap_or(all));
+        cx.refuse(
+            &[("opengl.border_color", self.border_color.is_some() && !wrap.contains(&WrapKey::ClampToBorder))],
+            "has no effect without opengl.wrap = \"clamp-to-border\"",
+        )?;
+        Ok(wrap.map(Wrap::from))
+    }
+
+    fn alpha_test(&self, cx: &Context<'_>) -> Result<Option<AlphaTest>> {
+        let Some(compare) = self.alpha_test else {
+            cx.refuse(&[("opengl.alpha_reference", self.alpha_reference.is_some())], "has no effect without opengl.alpha_test")?;
             return Ok(None);
         };
-        Ok(Some(AlphaTest { compare: compare.into(), reference: k.alpha_reference.unwrap_or(0.0) }))
+        Ok(Some(AlphaTest { compare: compare.into(), reference: self.alpha_reference.unwrap_or(0.0) }))
     }
 }

@@ -1,16 +1,14 @@
 //! The JSON schema of scene files, and the list of keys read off it.
 
-use super::keys::Document;
-use crate::scene::{ColorMap, Preset};
-use crate::volume::VoxelType;
-use crate::volume::phantom::Phantom;
+use super::Document;
 use schemars::generate::SchemaSettings;
-use schemars::{Schema, SchemaGenerator, json_schema};
+use schemars::{Schema, json_schema};
 use serde_json::Value;
 use std::sync::OnceLock;
 
 /// What a key takes.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum KeyKind {
     /// Text; where the list is not empty, one of these words.
     Text(Vec<String>),
@@ -22,6 +20,7 @@ pub enum KeyKind {
 
 /// A key that a scene file may have.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Key {
     /// `section.key`, or the section alone for a list of tables (`clip`).
     pub path: String,
@@ -97,23 +96,8 @@ fn kind(schema: &Value) -> KeyKind {
     }
 }
 
-fn names(names: impl Iterator<Item = &'static str>) -> Schema {
+/// The schema of an optional key that takes one of `names`.
+pub(super) fn names(names: impl Iterator<Item = &'static str>) -> Schema {
     let words: Vec<Value> = names.map(Value::from).chain([Value::Null]).collect();
     json_schema!({ "type": ["string", "null"], "enum": words })
-}
-
-pub(super) fn phantom_names(_: &mut SchemaGenerator) -> Schema {
-    names(Phantom::ALL.into_iter().map(Phantom::name))
-}
-
-pub(super) fn type_names(_: &mut SchemaGenerator) -> Schema {
-    names(VoxelType::ALL.into_iter().map(VoxelType::name))
-}
-
-pub(super) fn preset_names(_: &mut SchemaGenerator) -> Schema {
-    names(Preset::ALL.into_iter().map(Preset::name))
-}
-
-pub(super) fn colormap_names(_: &mut SchemaGenerator) -> Schema {
-    names(ColorMap::ALL.into_iter().map(ColorMap::name))
 }

@@ -1,7 +1,7 @@
 //! From text to a checked table: TOML or JSON, overrides laid over it, and where each key came from.
 
 use super::schema::{Key, KeyKind, keys};
-use super::{Document, Overrides};
+use super::{Document, Overrides, rivals};
 use crate::{Error, Result};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -23,22 +23,6 @@ pub(super) struct Places {
     file: Option<PathBuf>,
     keys: BTreeMap<String, Place>,
 }
-
-/// Ways to say one thing: a key given on the command line drops its rivals from the file.
-const RIVALS: &[(&[&str], &[&str])] = &[
-    (&["volume.path"], &["volume.phantom", "volume.size"]),
-    (&["volume.phantom"], &["volume.path", "volume.dimensions", "volume.type", "volume.endian", "volume.offset"]),
-    (&["camera.eye"], &["camera.azimuth", "camera.elevation", "camera.roll", "camera.zoom"]),
-    (&["camera.azimuth", "camera.elevation"], &["camera.eye", "camera.target", "camera.up"]),
-    (&["slices.count"], &["slices.spacing", "slices.tolerance"]),
-    (&["slices.spacing"], &["slices.count", "slices.tolerance"]),
-    (&["slices.tolerance"], &["slices.count", "slices.spacing"]),
-    (&["camera.height"], &["camera.fov_y"]),
-    (&["camera.fov_y"], &["camera.height"]),
-    (&["transfer.preset"], &["transfer.colormap", "transfer.range", "transfer.color", "transfer.opacity", "transfer.opacity_unit"]),
-    (&["transfer.colormap"], &["transfer.preset", "transfer.color"]),
-    (&["transfer.color", "transfer.opacity"], &["transfer.preset"]),
-];
 
 impl Places {
     /// Where `path` (`section.key`, perhaps with indices) was written.
@@ -72,9 +56,12 @@ impl Places {
     }
 
     /// Puts the place in front of an [`Error::Invalid`] whose text begins with a section and a key, as those of the scene's
-    /// types do; other errors stay as they are.
+    /// types do; other errors, and those that name a flag, stay as they are.
     pub(super) fn locate(&self, error: Error) -> Error {
         let Error::Invalid(text) = &error else { return error };
+        if text.starts_with("--") {
+            return error;
+        }
         let mut words = text.split(|c: char| c.is_whitespace() || c == ':').filter(|w| !w.is_empty());
         let path = format!("{}.{}", words.next().unwrap_or_default(), words.next().unwrap_or_default());
         // A flag is named in its own spelling alone.
@@ -119,7 +106,6 @@ fn in_words(what: &str) -> String {
         "u32" | "u64" | "usize" => "a whole number, 0 or more",
         "i32" | "i64" => "a whole number",
         "f32" | "f64" => "a number",
-        "struct ClipKeys" => "a plane: { normal = [x, y, z], offset = d }",
         other => other,
     };
     format!("{given}, expected {expected}")
@@ -275,7 +261,7 @@ fn lay_over(table: &mut Table, overrides: &Overrides, known: &[Key], places: &mu
             }
         }
     }
-    for (winners, losers) in RIVALS {
+    for (winners, losers) in rivals() {
         if !winners.iter().any(|w| places.of(w) == Some(Place::Flag)) {
             continue;
         }

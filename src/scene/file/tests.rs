@@ -42,8 +42,7 @@ fn everything_but_the_volume_has_a_default() {
     assert_eq!(file.volume().convention, BoxConvention::Cells);
     assert!(matches!(file.volume().origin, Origin::Phantom(_, 128)));
     let (scene, warnings) = file.to_scene(&volume()).expect("scene");
-    let plain = Scene::new(scene.transfer().clone());
-    assert_eq!(Scene::clone(&scene).with_opacity_unit(1.0).expect("unit"), plain.with_opacity_unit(1.0).expect("unit"));
+    assert_eq!(scene, Scene::new(scene.transfer().clone()));
     assert!(warnings.is_empty(), "{warnings:?}");
 }
 
@@ -117,7 +116,7 @@ fn every_key_arrives() {
     assert_eq!(s.camera().near(), Some(2.5));
     assert_eq!(s.size(), (63, 65));
     assert_eq!((s.background().rgb, s.background().alpha), ([0.1, 0.2, 0.3], 0.4));
-    assert_eq!(s.opacity_unit(), Some(3.0));
+    assert_eq!(s.transfer().unit(), Some(3.0));
     assert_eq!(s.transfer().eval(15.0).alpha, 0.25);
     assert_eq!(s.transfer().eval(100.0).rgb, [1.0, 0.5, 0.0]);
     assert_eq!((s.slicing(), s.order(), s.terminate()), (Slicing::Spacing(0.5), Order::BackToFront, 0.0));
@@ -151,18 +150,19 @@ fn orbit_cameras_and_the_other_modes() {
 #[test]
 fn transfer_functions_come_in_four_ways() {
     let preset = scene("[transfer]\npreset = \"hot-ramp\"\n");
-    assert!(preset.opacity_unit().is_some());
-    assert_eq!(scene("[transfer]\npreset = \"hot-ramp\"\nopacity_unit = 4\n").opacity_unit(), Some(4.0));
+    assert!(preset.transfer().unit().is_some());
+    assert_eq!(scene("[transfer]\npreset = \"hot-ramp\"\nopacity_unit = 4\n").transfer().unit(), Some(4.0));
     let map = scene("[transfer]\ncolormap = \"viridis\"\nrange = [0, 100]\n");
     assert_eq!(map.transfer().eval(100.0).rgb, [0.9932, 0.9062, 0.1439]);
-    assert!(map.transfer().eval(200.0).alpha > 0.0 && map.opacity_unit().is_some());
+    assert!(map.transfer().eval(200.0).alpha > 0.0 && map.transfer().unit().is_some());
     let both = scene("[transfer]\ncolormap = \"viridis\"\nopacity = [[0, 0], [100, 1]]\n");
-    assert_eq!((both.transfer().eval(50.0).alpha, both.opacity_unit()), (0.5, None));
+    assert_eq!((both.transfer().eval(50.0).alpha, both.transfer().unit()), (0.5, None));
     let opacity = scene("[transfer]\nopacity = [[0, 0], [100, 1]]\n");
     assert_eq!(opacity.transfer().eval(25.0).alpha, 0.25);
     // A built-in volume brings its own, unless its values are changed.
     let own = scene("");
-    assert_eq!((own.transfer(), own.opacity_unit()), (&Phantom::MarschnerLobb.default_transfer(), Some(1.0)));
+    assert_eq!(own.transfer(), &Phantom::MarschnerLobb.default_transfer(128));
+    assert_eq!(own.transfer().unit(), Some(1.0));
     let changed = parse("[volume]\nphantom = \"marschner-lobb\"\nslope = 100\n").and_then(|f| f.to_scene(&volume())).expect("scene").0;
     assert_ne!(changed.transfer(), own.transfer());
 }
@@ -228,6 +228,18 @@ fn files_are_read_and_named() {
     std::fs::write(&path, "[volume]\npath = \"v.nrrd\"\n\n[image]\nwidth = 0\n").expect("write");
     let line = SceneFile::read(&path, &Overrides::default()).expect_err("width").to_string();
     assert_eq!(line, format!("{}: line 5: image width 0: must lie between 1 and 32768", path.display()));
+    // A flag is at fault, not the file.
+    std::fs::write(&path, PHANTOM).expect("write");
+    for (flags, want) in [
+        (&[("slices.count", "3"), ("slices.spacing", "1")][..], "--slices.count: slices.spacing or slices.tolerance is given too"),
+        (&[("render.level", "3")], "--render.level: is for render.blend = \"iso\" alone"),
+        (&[("transfer.opacity_unit", "-3")], "--transfer.opacity_unit -3: must be positive and finite"),
+    ] {
+        let mut overrides = Overrides::default();
+        flags.iter().for_each(|&(k, v)| overrides.set(k, v));
+        let line = SceneFile::read(&path, &overrides).expect_err("flag").to_string();
+        assert!(line.starts_with(want), "{line}");
+    }
     std::fs::write(&path, b"\xff\xfe").expect("write");
     assert!(SceneFile::read(&path, &Overrides::default()).expect_err("bytes").to_string().contains("byte 0 is no text"));
     assert!(SceneFile::read(dir.path().join("none.toml"), &Overrides::default()).is_err());
@@ -486,7 +498,7 @@ fn every_key_of_opengl_arrives() {
 }
 
 #[test]
-fn words_of_opengl_stand_in_its_own_order() {
+fn words_of_opengl_mean_what_they_say() {
     use crate::scene::{Compare, Equation, Factor};
     // The name of a variant, in the letters of a key.
     let kebab = |name: String| {

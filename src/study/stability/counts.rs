@@ -1,6 +1,6 @@
 //! One to a million slices of a uniform medium, in the numbers of three targets.
 
-use super::look::{Bench, COLOR, constant, number};
+use super::look::{Bench, COLOR, number};
 use super::stiff::{cube, uniform};
 use super::{CountPoint, Row};
 use crate::scene::{Accumulation, Method, Target};
@@ -54,7 +54,7 @@ pub(super) fn rows(bench: &Bench<'_>) -> Result<(Vec<Row>, Vec<CountPoint>)> {
 /// One picture, and whether transmittances only fell on the way.
 fn point(bench: &Bench<'_>, volume: &Volume, target: &str, method: Method, opacity: f64, slices: u64) -> Result<(CountPoint, bool)> {
     let depth = -libm::log1p(-opacity) / slices as f64;
-    let scene = uniform(depth, slices)?.with_transfer(constant(0.5)?).with_size(8, 8)?.with_method(method)?;
+    let scene = uniform(depth, slices)?.with_size(8, 8)?.with_method(method)?;
     let (picture, stats, descent) = bench.render(volume, &scene)?;
     let want = [COLOR[0] * opacity, COLOR[1] * opacity, COLOR[2] * opacity, opacity];
     let off = picture.pixels().iter().flat_map(|p| (0..4).map(move |c| (f64::from(p[c]) - want[c]).abs()));

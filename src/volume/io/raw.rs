@@ -10,7 +10,16 @@ use glam::{DMat3, DVec3};
 use std::path::Path;
 
 /// What a raw file holds.
+///
+/// ```
+/// use slicestack::volume::VoxelType;
+/// use slicestack::volume::io::{Endian, RawSpec};
+///
+/// let spec = RawSpec::new([256, 256, 113], VoxelType::I16).with_endian(Endian::Big).with_spacing([1.0, 1.0, 2.0]);
+/// assert_eq!(spec.offset, 0);
+/// ```
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct RawSpec {
     /// Voxels along x, y and z; x varies fastest in the file.
     pub dimensions: [usize; 3],
@@ -30,6 +39,34 @@ impl RawSpec {
     /// Little-endian voxels one unit apart, from the file's first byte on.
     pub fn new(dimensions: [usize; 3], voxel_type: VoxelType) -> Self {
         Self { dimensions, voxel_type, endian: Endian::Little, spacing: [1.0; 3], origin: [0.0; 3], offset: 0 }
+    }
+
+    /// Voxels of another byte order.
+    #[must_use]
+    pub fn with_endian(mut self, endian: Endian) -> Self {
+        self.endian = endian;
+        self
+    }
+
+    /// Voxels another distance apart along x, y and z, world units; negative mirrors.
+    #[must_use]
+    pub fn with_spacing(mut self, spacing: [f64; 3]) -> Self {
+        self.spacing = spacing;
+        self
+    }
+
+    /// Voxels whose first has its centre at another world position.
+    #[must_use]
+    pub fn with_origin(mut self, origin: [f64; 3]) -> Self {
+        self.origin = origin;
+        self
+    }
+
+    /// Voxels behind so many bytes of header.
+    #[must_use]
+    pub fn with_offset(mut self, offset: u64) -> Self {
+        self.offset = offset;
+        self
     }
 }
 

@@ -20,6 +20,7 @@ use rayon::prelude::*;
 
 /// A built-in volume.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Phantom {
     /// The Marschner-Lobb test signal, in `[0,1]`.
     MarschnerLobb,

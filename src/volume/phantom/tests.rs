@@ -179,12 +179,13 @@ fn the_cloud_is_soft_and_stays_inside() {
 }
 
 #[test]
-fn looks_are_valid_and_show_something() {
+fn transfer_functions_are_valid_and_show_something() {
     for p in Phantom::ALL {
-        let transfer = p.default_transfer();
+        let transfer = p.default_transfer(256);
         let (low, high) = p.range();
         assert!(transfer.opaque_within(low, high), "{p:?}");
         assert!(transfer.eval(low).alpha < 1.0, "{p:?}");
+        assert_eq!(transfer.unit(), Some(2.0), "{p:?}");
+        assert_eq!(p.default_transfer(0), p.default_transfer(1));
     }
-    assert_eq!(Phantom::opacity_unit(256), 2.0);
 }

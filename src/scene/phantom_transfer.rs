@@ -1,4 +1,4 @@
-//! How the built-in volumes look at their best.
+//! The transfer functions of the built-in volumes.
 
 use super::TransferFunction;
 use crate::volume::phantom::Phantom;
@@ -7,22 +7,20 @@ use crate::volume::phantom::Phantom;
 type Points = (&'static [(f64, [f64; 3])], &'static [(f64, f64)]);
 
 impl Phantom {
-    /// A transfer function in the phantom's units that shows it well, its opacities per [`Phantom::opacity_unit`].
-    pub fn default_transfer(self) -> TransferFunction {
+    /// A transfer function in the phantom's units that shows it well when it is sampled with `size` voxels along each axis.
+    ///
+    /// Its opacities are per 1/128 of the side of the box (`size` world units, as [`Phantom::volume`] makes it), so that a phantom
+    /// looks the same at every size. A size of 0, of which there is no volume, counts as 1.
+    pub fn default_transfer(self, size: usize) -> TransferFunction {
         let (color, opacity) = points(self);
-        TransferFunction::new(color.to_vec(), opacity.to_vec()).expect("the points below are in order and within [0,1]")
-    }
-
-    /// The reference length that [`Phantom::default_transfer`] is made for, in world units: 1/128 of the side of the box, so
-    /// that a phantom looks the same at every size.
-    pub fn opacity_unit(size: usize) -> f64 {
-        size as f64 / 128.0
+        let transfer = TransferFunction::new(color.to_vec(), opacity.to_vec()).and_then(|t| t.with_unit(size.max(1) as f64 / 128.0));
+        transfer.expect("the points below are in order and within [0,1], and the length is positive")
     }
 }
 
 fn points(phantom: Phantom) -> Points {
     match phantom {
-        // Thin shells around the middle value: the rings as a landscape.
+        // Thin shells around the middle value: the crests of the rings.
         Phantom::MarschnerLobb => (
             &[
                 (0.0, [0.05, 0.1, 0.4]),
@@ -44,7 +42,7 @@ fn points(phantom: Phantom) -> Points {
             ],
             &[(0.002, 0.0), (0.02, 0.012), (0.08, 0.03), (0.2, 0.12), (1.0, 0.6)],
         ),
-        // Skull as glass, brain as haze, the small bodies solid.
+        // The skull translucent, the brain faint, the small ellipsoids dense.
         Phantom::SheppLogan => (
             &[
                 (0.1, [0.25, 0.45, 0.9]),
@@ -56,7 +54,7 @@ fn points(phantom: Phantom) -> Points {
             ],
             &[(0.0, 0.0), (0.02, 0.004), (0.18, 0.012), (0.27, 0.012), (0.29, 0.2), (0.31, 0.2), (0.33, 0.004), (0.9, 0.02), (1.0, 0.05)],
         ),
-        // A solid core in a halo.
+        // A dense core in a translucent halo.
         Phantom::DistanceField => (
             &[
                 (-0.14, [1.0, 0.95, 0.75]),

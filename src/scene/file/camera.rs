@@ -1,0 +1,122 @@
+//! The section `[camera]`: where the eye is and how it projects.
+
+use super::section::{Context, Given, Rivals, choices};
+use crate::scene::{Camera, Placement, Projection};
+use crate::volume::Grid;
+use crate::{Error, Result};
+use glam::DVec3;
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct CameraKeys {
+    /// Parallel rays (orthographic, the default) or rays from the eye (perspective).
+    pub projection: Option<ProjectionKey>,
+    /// Look-at form: the eye, world units.
+    pub eye: Option<[f64; 3]>,
+    /// Look-at form: the point in the middle of the picture; the box's centre unless given.
+    pub target: Option<[f64; 3]>,
+    /// Look-at form: a direction that points upwards in the picture; the subject's up unless given.
+    pub up: Option<[f64; 3]>,
+    /// Orbit form: degrees around the box to the right, from the subject's front; 30 unless given.
+    pub azimuth: Option<f64>,
+    /// Orbit form: degrees upwards; 20 unless given.
+    pub elevation: Option<f64>,
+    /// Orbit form: degrees the camera turns clockwise about its line of sight.
+    pub roll: Option<f64>,
+    /// Orbit form: 1 fits the box's bounding sphere into the picture; 1.2 unless given.
+    pub zoom: Option<f64>,
+    /// Orthographic: world height of the view; fitted to the box unless given.
+    pub height: Option<f64>,
+    /// Perspective: full vertical angle of the view in degrees; 30 unless given.
+    pub fov_y: Option<f64>,
+    /// Depth of the near plane, world units.
+    pub near: Option<f64>,
+}
+
+choices! {
+    ProjectionKey { Orthographic, Perspective }
+}
+
+pub(super) const RIVALS: &[Rivals] = &[
+    (&["camera.eye"], &["camera.azimuth", "camera.elevation", "camera.roll", "camera.zoom"]),
+    (&["camera.azimuth", "camera.elevation"], &["camera.eye", "camera.target", "camera.up"]),
+    (&["camera.height"], &["camera.fov_y"]),
+    (&["camera.fov_y"], &["camera.height"]),
+];
+
+impl CameraKeys {
+    /// A camera as far as it can be made without the volume, so that a mistake is found before one is loaded.
+    pub(super) fn before_data(&self, cx: &Context<'_>) -> Result<Camera> {
+        // A look-at camera whose defaults come from the box is checked when there is one.
+        match (self.eye, self.target, self.up) {
+            (Some(_), Some(_), Some(_)) | (None, ..) => self.camera(cx, &Grid::with_spacing([1; 3], [1.0; 3])?, (64, 64)),
+            _ => self.projection(cx).map(|_| Camera::default()),
+        }
+    }
+
+    /// The camera for the box of `grid` and a picture of so many columns and rows.
+    pub(super) fn camera(&self, cx: &Context<'_>, grid: &Grid, (width, height): (u32, u32)) -> Result<Camera> {
+        let projection = self.projection(cx)?;
+        let placement = match self.placement(cx, grid)? {
+            // A height that is given is the height of the view, so nothing is zoomed.
+            Placement::Orbit { azimuth, elevation, roll, .. }
+                if self.zoom.is_none() && matches!(projection, Projection::Orthographic { height: Some(_) }) =>
+            {
+                Placement::Orbit { azimuth, elevation, roll, zoom: 1.0 }
+            }
+            // Unless the scene says how large, no corner of a long box is cut off.
+            placement @ Placement::Orbit { azimuth, elevation, roll, zoom } if self.zoom.is_none() => {
+                let zoom = Camera::new(placement, projection).map_or(zoom, |camera| camera.zoom_that_fits(grid, width, height, zoom));
+                Placement::Orbit { azimuth, elevation, roll, zoom }
+            }
+            placement => placement,
+        };
+        let camera = Camera::new(placement, projection).and_then(|camera| match self.near {
+            Some(near) => camera.with_near(near),
+            None => Ok(camera),
+        });
+        camera.map_err(|e| cx.places.locate(e))
+    }
+
+    fn projection(&self, cx: &Context<'_>) -> Result<Projection> {
+        if self.projection == Some(ProjectionKey::Perspective) {
+            let why = "belongs to orthographic cameras; a perspective one has camera.fov_y";
+            cx.refuse(&[("camera.height", self.height.is_some())], why)?;
+            return Ok(Projection::Perspective { fov_y: self.fov_y.unwrap_or(30.0) });
+        }
+        let why = "needs camera.projection = \"perspective\"; an orthographic one has height";
+        cx.refuse(&[("camera.fov_y", self.fov_y.is_some())], why)?;
+        Ok(Projection::Orthographic { height: self.height })
+    }
+
+    fn placement(&self, cx: &Context<'_>, grid: &Grid) -> Result<Placement> {
+        let Some(eye) = self.eye else {
+            let look = [("camera.target", self.target.is_some()), ("camera.up", self.up.is_some())];
+            cx.refuse(&look, "belongs to the look-at form, which needs camera.eye")?;
+            let Placement::Orbit { azimuth, elevation, roll, zoom } = Camera::default().placement() else {
+                return Err(Error::invalid("camera: the default camera is not in the orbit form"));
+            };
+            return Ok(Placement::Orbit {
+                azimuth: self.azimuth.unwrap_or(azimuth),
+                elevation: self.elevation.unwrap_or(elevation),
+                roll: self.roll.unwrap_or(roll),
+                zoom: self.zoom.unwrap_or(zoom),
+            });
+        };
+        let orbit: [Given; 4] = [
+            ("camera.azimuth", self.azimuth.is_some()),
+            ("camera.elevation", self.elevation.is_some()),
+            ("camera.roll", self.roll.is_some()),
+            ("camera.zoom", self.zoom.is_some()),
+        ];
+        cx.refuse(&orbit, "mixes the orbit form (azimuth, elevation, roll, zoom) with the look-at form (eye, target, up)")?;
+        let eye = DVec3::from_array(eye);
+        let target = self.target.map_or(grid.center(), DVec3::from_array);
+        let (front, up) = grid.space().front_and_up();
+        // Seen from straight above or below, the subject's front points upwards.
+        let steep = (target - eye).try_normalize().is_some_and(|d| d.cross(up).length() < 1e-6);
+        Ok(Placement::LookAt { eye, target, up: self.up.map_or(if steep { front } else { up }, DVec3::from_array) })
+    }
+}

@@ -1,0 +1,29 @@
+//! The section `[image]`: the picture's size, and what is behind the volume.
+
+use crate::Result;
+use crate::scene::{Scene, Straight};
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct ImageKeys {
+    /// Columns of pixels; 512 unless given.
+    pub width: Option<u32>,
+    /// Rows of pixels; 512 unless given.
+    pub height: Option<u32>,
+    /// Red, green, blue, opacity behind the volume, each 0 to 1, not premultiplied; transparent unless given.
+    pub background: Option<[f64; 4]>,
+}
+
+impl ImageKeys {
+    /// `scene` at the size and over the background that are given.
+    pub(super) fn apply(&self, scene: Scene) -> Result<Scene> {
+        let (width, height) = scene.size();
+        let scene = scene.with_size(self.width.unwrap_or(width), self.height.unwrap_or(height))?;
+        match self.background {
+            Some([r, g, b, alpha]) => scene.with_background(Straight { rgb: [r, g, b], alpha }),
+            None => Ok(scene),
+        }
+    }
+}

@@ -1,0 +1,83 @@
+//! The section `[render]`: how fragments become pixels.
+
+use super::section::{Context, Data, choices};
+use crate::Result;
+use crate::scene::preset::Landmarks;
+use crate::scene::{Blend, Filter, Method, Scene, Target};
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct RenderKeys {
+    /// Exact slabs (accurate, the default) or what an OpenGL 1.x driver does (opengl).
+    pub profile: Option<ProfileKey>,
+    /// What a lookup between voxels gives: linear interpolation (the default) or the nearest voxel.
+    pub filter: Option<FilterKey>,
+    /// Numbers that fragments are blended in; f32 unless given, in the profile opengl unorm8. unorm16 is for that profile alone.
+    pub target: Option<TargetKey>,
+    /// How fragments of a pixel combine; over unless given.
+    pub blend: Option<BlendKey>,
+    /// lmip: smallest value that stops a ray.
+    pub threshold: Option<f64>,
+    /// iso: value of the surface.
+    pub level: Option<f64>,
+    /// Whether colours are blended as linear light.
+    pub linear_light: Option<bool>,
+}
+
+choices! {
+    ProfileKey { Accurate, Opengl }
+    FilterKey => Filter { Linear, Nearest }
+    TargetKey => Target { F32, Unorm8, Unorm16 }
+    BlendKey { Over, Mip, Min, Lmip, Average, Add, Iso }
+}
+
+impl RenderKeys {
+    /// Refuses what a scene file may have but no stage renders. Each line goes when its stage comes.
+    pub(super) fn check_offered(&self, cx: &Context<'_>) -> Result<()> {
+        cx.refuse(&[("render.linear_light", self.linear_light == Some(true))], "\"true\" is not offered yet")
+    }
+
+    /// Whether the scene is drawn as OpenGL draws.
+    pub(super) fn is_opengl(&self) -> bool {
+        self.profile == Some(ProfileKey::Opengl)
+    }
+
+    /// The part of the method that stands in this section.
+    pub(super) fn method(&self, mut method: Method) -> Method {
+        method.filter = self.filter.map_or(method.filter, Filter::from);
+        method.target = self.target.map_or(method.target, Target::from);
+        method
+    }
+
+    /// `scene` blended as the section says.
+    pub(super) fn apply(&self, cx: &Context<'_>, scene: Scene) -> Result<Scene> {
+        let kind = self.blend.unwrap_or(BlendKey::Over);
+        cx.refuse(&[("render.threshold", self.threshold.is_some() && kind != BlendKey::Lmip)], "is for render.blend = \"lmip\" alone")?;
+        cx.refuse(&[("render.level", self.level.is_some() && kind != BlendKey::Iso)], "is for render.blend = \"iso\" alone")?;
+        let merge = scene.method().merge;
+        cx.refuse(&[("slices.merge", merge && kind != BlendKey::Over)], "is for render.blend = \"over\" alone")?;
+        scene.with_blend(match kind {
+            BlendKey::Over => Blend::Over,
+            BlendKey::Mip => Blend::Mip,
+            BlendKey::Min => Blend::Min,
+            BlendKey::Average => Blend::Average,
+            BlendKey::Add => Blend::Add,
+            // Any local maximum stops the ray.
+            BlendKey::Lmip => Blend::Lmip { threshold: self.threshold.unwrap_or(f64::MIN) },
+            // Without a level of its own the surface is placed by `finish`, when the data is known.
+            BlendKey::Iso => Blend::Iso { level: self.level.unwrap_or(0.0) },
+        })
+    }
+
+    /// A surface without a level is taken where the data splits into background and object.
+    pub(super) fn finish(&self, data: &mut Data<'_>) -> Result<()> {
+        if self.blend == Some(BlendKey::Iso) && self.level.is_none() {
+            let level = Landmarks::of(data.volume.statistics()).split;
+            data.warnings.push(format!("render.level is not given: the surface is taken at {level}"));
+            data.scene = data.scene.clone().with_blend(Blend::Iso { level })?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,123 @@
+//! The section `[slices]`: how many slices there are, how a slab is integrated, and how slabs are blended.
+
+use super::section::{Context, Data, Given, Rivals, choices};
+use crate::Result;
+use crate::scene::{Accumulation, Ends, Method, Order, SampleAt, Scene, SlabForm, Slicing};
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct SliceKeys {
+    /// Number of slices through the box's depth; 256 unless given.
+    pub count: Option<u64>,
+    /// Distance of slices, world units, instead of their number.
+    pub spacing: Option<f64>,
+    /// Root-mean-square error of the colours to stay below, instead of a number of slices.
+    pub tolerance: Option<f64>,
+    /// Which slice is blended first: front-to-back (the default) or back-to-front (the default in the profile opengl).
+    pub order: Option<OrderKey>,
+    /// Transmittance below which a pixel is finished; 1/1024 unless given, 0 = never.
+    pub terminate: Option<f64>,
+    /// Opacity of a slab: exponential (1 - exp(-kappa L), the default) or riemann (kappa L, for comparison).
+    pub slab: Option<SlabKey>,
+    /// Where in its slab a value is taken: center (the default) or end (for comparison).
+    pub sample: Option<SampleKey>,
+    /// What the outermost fragments stand for: partial slabs (the default) or whole ones, as in OpenGL.
+    pub ends: Option<EndsKey>,
+    /// Sums over slices: auto (the default), plain, or compensated, which a million slices need.
+    pub accumulation: Option<AccumulationKey>,
+    /// Whether pictures of N and 2 N slices are extrapolated to infinitely many.
+    pub extrapolate: Option<bool>,
+    /// Whether three slabs or nine become one where colour and opacity hardly change, or hardly any light comes from; always where a tolerance is given.
+    pub merge: Option<bool>,
+}
+
+choices! {
+    OrderKey => Order { FrontToBack, BackToFront }
+    SlabKey => SlabForm { Exponential, Riemann }
+    SampleKey => SampleAt { Center, End }
+    EndsKey => Ends { Partial, Whole }
+    AccumulationKey => Accumulation { Auto, Plain, Compensated }
+}
+
+pub(super) const RIVALS: &[Rivals] = &[
+    (&["slices.count"], &["slices.spacing", "slices.tolerance"]),
+    (&["slices.spacing"], &["slices.count", "slices.tolerance"]),
+    (&["slices.tolerance"], &["slices.count", "slices.spacing"]),
+];
+
+impl SliceKeys {
+    /// `scene` with its slices. The section `[opengl]` has been applied before, because it sets another order.
+    pub(super) fn apply(&self, cx: &Context<'_>, mut scene: Scene) -> Result<Scene> {
+        if scene.opengl().is_some() {
+            cx.refuse(&self.accurate_alone(), "belongs to the profile accurate; opengl draws every slice as a whole slab")?;
+        }
+        if let Some(slicing) = self.slicing(cx)? {
+            scene = scene.with_slices(slicing)?;
+        }
+        if let Some(order) = self.order {
+            scene = scene.with_order(order.into());
+        }
+        if let Some(t) = self.terminate {
+            scene = scene.with_terminate(t as f32)?;
+        }
+        Ok(scene)
+    }
+
+    /// Refuses to merge slabs of a scene whose other sections leave no room for it.
+    pub(super) fn check_merge(&self, cx: &Context<'_>, scene: &Scene) -> Result<()> {
+        let back = self.merge == Some(true) && scene.blending_order() == Order::BackToFront;
+        cx.refuse(&[("slices.merge", back)], "is for slices blended front to back: it goes by the light that they still get through")
+    }
+
+    /// The part of the method that stands in this section.
+    pub(super) fn method(&self, mut method: Method) -> Method {
+        method.slab = self.slab.map_or(method.slab, SlabForm::from);
+        method.sample = self.sample.map_or(method.sample, SampleAt::from);
+        method.ends = self.ends.map_or(method.ends, Ends::from);
+        method.accumulation = self.accumulation.map_or(method.accumulation, Accumulation::from);
+        method.extrapolate = self.extrapolate.unwrap_or(method.extrapolate);
+        method.merge = self.merge.unwrap_or(method.merge);
+        method
+    }
+
+    /// Tells of a key that a tolerance overrules.
+    pub(super) fn finish(&self, data: &mut Data<'_>) {
+        if self.merge == Some(false) && self.tolerance.is_some() {
+            data.warnings.push("slices.merge = false is not heeded: to a tolerance slabs are merged where that will do".to_owned());
+        }
+    }
+
+    /// Keys that say nothing to the profile opengl.
+    fn accurate_alone(&self) -> [Given; 8] {
+        [
+            ("slices.tolerance", self.tolerance.is_some()),
+            ("slices.terminate", self.terminate.is_some()),
+            ("slices.slab", self.slab.is_some()),
+            ("slices.sample", self.sample.is_some()),
+            // Whole slabs are what it draws.
+            ("slices.ends", self.ends == Some(EndsKey::Partial)),
+            ("slices.accumulation", self.accumulation.is_some()),
+            ("slices.extrapolate", self.extrapolate.is_some()),
+            ("slices.merge", self.merge.is_some()),
+        ]
+    }
+
+    fn slicing(&self, cx: &Context<'_>) -> Result<Option<Slicing>> {
+        Ok(match (self.count, self.spacing, self.tolerance) {
+            (None, None, None) => None,
+            (Some(n), None, None) => Some(Slicing::Count(n)),
+            (None, Some(s), None) => Some(Slicing::Spacing(s)),
+            (None, None, Some(t)) => Some(Slicing::Tolerance(t)),
+            (count, ..) => {
+                let (key, others) = if count.is_some() {
+                    ("slices.count", "slices.spacing or slices.tolerance")
+                } else {
+                    ("slices.spacing", "slices.tolerance")
+                };
+                return Err(cx.error(key, format!("{others} is given too; give one of them")));
+            }
+        })
+    }
+}

@@ -1,0 +1,165 @@
+//! The section `[volume]`: where the voxels come from, and what is changed about them.
+
+use super::Place;
+use super::schema::names;
+use super::section::{Context, Given, Rivals, choices};
+use crate::Result;
+use crate::volume::io::{Endian, RawSpec};
+use crate::volume::phantom::Phantom;
+use crate::volume::{BoxConvention, Modality, Origin, VolumeSource, VoxelType};
+use schemars::{JsonSchema, Schema, SchemaGenerator};
+use serde::Deserialize;
+use std::path::Path;
+
+/// Voxels along each axis of a phantom whose size is not given.
+const PHANTOM_SIZE: usize = 128;
+
+/// Most voxels along each axis of a phantom.
+const MOST_PHANTOM_SIZE: usize = 1 << 16;
+
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct VolumeKeys {
+    /// File to read (NRRD, NIfTI, MetaImage, VTK, NumPy, raw), relative to the scene file.
+    pub path: Option<String>,
+    /// Built-in volume instead of a file.
+    #[schemars(schema_with = "phantom_names")]
+    pub phantom: Option<String>,
+    /// Voxels along each axis of a built-in volume; 128 unless given.
+    pub size: Option<usize>,
+    /// Box that the voxels fill: cells (index -1/2 to n-1/2, the default) or nodes (0 to n-1).
+    #[serde(rename = "box")]
+    pub convention: Option<BoxKey>,
+    /// Raw file: voxels along x, y and z.
+    pub dimensions: Option<[usize; 3]>,
+    /// Raw file: type of a voxel.
+    #[serde(rename = "type")]
+    #[schemars(schema_with = "type_names")]
+    pub kind: Option<String>,
+    /// Raw file: byte order, little unless given.
+    pub endian: Option<EndianKey>,
+    /// World units from voxel to voxel along x, y and z, instead of the file's; a negative one turns the axis around.
+    pub spacing: Option<[f64; 3]>,
+    /// World position of the first voxel's centre, instead of the file's.
+    pub origin: Option<[f64; 3]>,
+    /// Raw file: bytes before the first voxel.
+    pub offset: Option<u64>,
+    /// Slope of value = slope * stored + intercept, instead of the file's.
+    pub slope: Option<f64>,
+    /// Intercept of value = slope * stored + intercept, instead of the file's.
+    pub intercept: Option<f64>,
+    /// Kind of values, where the file does not say: ct (Hounsfield units) or mr.
+    pub modality: Option<ModalityKey>,
+}
+
+choices! {
+    BoxKey => BoxConvention { Cells, Nodes }
+    EndianKey => Endian { Little, Big }
+    ModalityKey => Modality { Ct, Mr }
+}
+
+fn phantom_names(_: &mut SchemaGenerator) -> Schema {
+    names(Phantom::ALL.into_iter().map(Phantom::name))
+}
+
+fn type_names(_: &mut SchemaGenerator) -> Schema {
+    names(VoxelType::ALL.into_iter().map(VoxelType::name))
+}
+
+pub(super) const RIVALS: &[Rivals] = &[
+    (&["volume.path"], &["volume.phantom", "volume.size"]),
+    (&["volume.phantom"], &["volume.path", "volume.dimensions", "volume.type", "volume.endian", "volume.offset"]),
+];
+
+impl VolumeKeys {
+    /// The volume's origin, and what to change about it.
+    pub(super) fn source(&self, cx: &Context<'_>) -> Result<VolumeSource> {
+        let origin = self.origin(cx)?;
+        if let Some(s) = self.spacing.filter(|s| s.iter().any(|x| !x.is_finite() || *x == 0.0)) {
+            return Err(cx.error("volume.spacing", format!("{s:?}: every number must be finite and not 0")));
+        }
+        if let Some(o) = self.origin.filter(|o| o.iter().any(|x| !x.is_finite())) {
+            return Err(cx.error("volume.origin", format!("{o:?}: every number must be finite")));
+        }
+        if let Some(s) = self.slope.filter(|s| !s.is_finite() || *s == 0.0) {
+            return Err(cx.error("volume.slope", format!("{s}: must be finite and not 0")));
+        }
+        if let Some(i) = self.intercept.filter(|i| !i.is_finite()) {
+            return Err(cx.error("volume.intercept", format!("{i}: must be finite")));
+        }
+        let mut source = VolumeSource::new(origin);
+        source.convention = self.convention.map_or(BoxConvention::Cells, BoxConvention::from);
+        source.modality = self.modality.map(Modality::from);
+        (source.slope, source.intercept) = (self.slope, self.intercept);
+        // A raw file's description holds these already.
+        if !self.is_raw() {
+            (source.spacing, source.position) = (self.spacing, self.origin);
+        }
+        Ok(source)
+    }
+
+    /// The built-in volume and its size, where its values are left as they are.
+    pub(super) fn unscaled_phantom(&self) -> Option<(Phantom, usize)> {
+        let phantom = self.phantom.as_deref().filter(|_| self.slope.is_none() && self.intercept.is_none());
+        Some((Phantom::from_name(phantom?)?, self.phantom_size()))
+    }
+
+    fn phantom_size(&self) -> usize {
+        self.size.unwrap_or(PHANTOM_SIZE)
+    }
+
+    /// Whether a raw file is described.
+    fn is_raw(&self) -> bool {
+        self.dimensions.is_some() || self.kind.is_some()
+    }
+
+    fn origin(&self, cx: &Context<'_>) -> Result<Origin> {
+        let raw_keys: [Given; 4] = [
+            ("volume.dimensions", self.dimensions.is_some()),
+            ("volume.type", self.kind.is_some()),
+            ("volume.endian", self.endian.is_some()),
+            ("volume.offset", self.offset.is_some()),
+        ];
+        match (&self.path, &self.phantom) {
+            (Some(_), Some(_)) => Err(cx.error("volume.phantom", "volume.path is given too; a scene has one volume")),
+            (None, None) => Err(cx.error("volume", "give volume.path (a file) or volume.phantom (a built-in volume)")),
+            (None, Some(name)) => {
+                cx.refuse(&raw_keys, "belongs to raw files, not to built-in volumes")?;
+                let size = self.phantom_size();
+                if !(1..=MOST_PHANTOM_SIZE).contains(&size) {
+                    return Err(cx.error("volume.size", format!("{size}: must lie between 1 and {MOST_PHANTOM_SIZE}")));
+                }
+                Ok(Origin::Phantom(cx.named("volume.phantom", name, &Phantom::ALL, Phantom::name)?, size))
+            }
+            (Some(path), None) => {
+                cx.refuse(&[("volume.size", self.size.is_some())], "belongs to built-in volumes (volume.phantom), not to files")?;
+                // A path given as a flag means what it means to the shell.
+                let typed = cx.places.of("volume.path") == Some(Place::Flag);
+                let full = if typed { Path::new(path).to_path_buf() } else { cx.base.join(path) };
+                if path.is_empty() {
+                    return Err(cx.error("volume.path", "is empty"));
+                }
+                if self.is_raw() {
+                    return Ok(Origin::Raw(full, self.raw(cx)?));
+                }
+                cx.refuse(&raw_keys, "belongs to raw files, which volume.dimensions and volume.type describe")?;
+                Ok(Origin::File(full))
+            }
+        }
+    }
+
+    fn raw(&self, cx: &Context<'_>) -> Result<RawSpec> {
+        let needs = |key: &str, example: &str| cx.error(key, format!("a raw file needs it, for example {key} = {example}"));
+        let dimensions = self.dimensions.ok_or_else(|| needs("volume.dimensions", "[256, 256, 113]"))?;
+        let kind = self.kind.as_deref().ok_or_else(|| needs("volume.type", "\"u8\""))?;
+        if dimensions.contains(&0) {
+            return Err(cx.error("volume.dimensions", format!("{dimensions:?}: every dimension must be at least 1")));
+        }
+        let mut spec = RawSpec::new(dimensions, cx.named("volume.type", kind, &VoxelType::ALL, VoxelType::name)?);
+        spec.endian = self.endian.map_or(spec.endian, Endian::from);
+        spec.spacing = self.spacing.unwrap_or(spec.spacing);
+        spec.origin = self.origin.unwrap_or(spec.origin);
+        spec.offset = self.offset.unwrap_or(spec.offset);
+        Ok(spec)
+    }
+}
