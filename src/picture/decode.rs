@@ -12,9 +12,9 @@ use std::path::Path;
 /// Most bytes of a file: the largest picture as floats, and room for what stands beside the pixels.
 const FILE_BYTES: u64 = 16 * (MAX_SIDE as u64) * (MAX_SIDE as u64) + (1 << 20);
 /// Pixels that a file may claim whatever its length: some compressions say "all alike" in a few bytes.
-const FEW_PIXELS: u64 = 1 << 22;
+pub(super) const FEW_PIXELS: u64 = 1 << 22;
 /// Most pixels that a byte of a file may stand for beyond that: deflate makes at most 1032 bytes of one, eight pixels to a byte.
-const PIXELS_A_BYTE: u64 = 8 * 1032;
+pub(super) const PIXELS_A_BYTE: u64 = 8 * 1032;
 /// Memory that a decoder may take beside two copies of the pixels, in bytes.
 const DECODER_BYTES: u64 = 16 << 20;
 
@@ -54,6 +54,7 @@ fn decode(bytes: &[u8], path: &Path, entry: &Entry, codec: ImageFormat) -> Resul
     let fault = |e: image::ImageError| Error::format(path, one_line(&format!("{} of {} bytes: {e}", entry.title, bytes.len())));
     match (codec, bytes) {
         (ImageFormat::OpenExr, _) => exr::check(bytes, path)?,
+        (ImageFormat::Tiff, _) => tiff::check(bytes, path)?,
         // The decoder takes memory for rows before it tells their length.
         (ImageFormat::Png, &[_, _, _, _, _, _, _, _, _, _, _, _, b'I', b'H', b'D', b'R', w0, w1, w2, w3, h0, h1, h2, h3, ..]) => {
             let claimed = [[w0, w1, w2, w3], [h0, h1, h2, h3]].map(|side| u64::from(u32::from_be_bytes(side)));
