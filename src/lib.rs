@@ -19,7 +19,7 @@
 //!                        |
 //!                     fragment       span > texture coordinates > fetch > classify > fog > blend, 64 at a time
 //!                        |
-//!                     Picture        premultiplied RGBA in f32 > PNG, NumPy, OpenEXR
+//!                     Picture        premultiplied RGBA in f32 > PNG, NumPy, OpenEXR, JPEG, WebP, TIFF
 //! ```
 //!
 //! # A picture in five lines
@@ -50,6 +50,7 @@
 //! | bound memory, count threads, hear of progress | [`Settings`] |
 //! | see how a picture comes about, step by step | [`explain`](mod@explain) |
 //! | write a picture | [`Picture::save`](picture::Picture::save), [`picture::Format`] |
+//! | read a picture | [`Picture::open`](picture::Picture::open) |
 //! | know the truth without slices | [`reference`](mod@reference) |
 //! | know what error costs, and what holds in extreme cases | [`study`] |
 //!
@@ -63,7 +64,7 @@
 //!
 //! # Features
 //!
-//! All are on by default: `cli` (the command), `scene-file` (TOML and JSON scenes), `formats` (readers), `encoders` (writers), `explain`
+//! All are on by default: `cli` (the command), `scene-file` (TOML and JSON scenes), `formats` (readers), `encoders` (picture files, written and read), `explain`
 //! (teaching pages), `study` (error against run time, and proof of stability).
 //! `default-features = false` leaves the renderer, its scenes and the built-in volumes.
 

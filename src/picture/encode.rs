@@ -11,7 +11,7 @@ use std::fmt::Display;
 use std::io::Cursor;
 use std::path::Path;
 
-/// Quality of a JPEG, of 100: hardly to be told from the picture, at a fifth of a PNG's size or less.
+/// Quality of a JPEG, of 100.
 const QUALITY: u8 = 92;
 
 impl Picture {

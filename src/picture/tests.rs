@@ -60,10 +60,10 @@ fn npy_has_the_layout_numpy_states() {
 #[test]
 fn exr_has_four_channels_of_f32() {
     let bytes = picture().encode(Format::Exr, Depth::Eight).expect("encode");
-    // The list in the order of the alphabet: a name, type 2 (32-bit float), not marked as perceptually linear, one sample a pixel.
+    // The list in the order of the alphabet: a name, type 2 (32-bit float), whether numbers are linear to the eye, one sample a pixel.
     let mut list = Vec::new();
-    for name in [b'A', b'B', b'G', b'R'] {
-        list.extend([name, 0, 2, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0]);
+    for (name, linear) in [(b'A', 1), (b'B', 0), (b'G', 0), (b'R', 0)] {
+        list.extend([name, 0, 2, 0, 0, 0, linear, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0]);
     }
     list.push(0);
     let at = bytes.windows(16).position(|w| w == b"channels\0chlist\0").expect("list");
