@@ -1,11 +1,13 @@
 //! The one error type of the library: every message names the file or key, and the number at fault.
 
+use std::fmt;
 use std::path::{Path, PathBuf};
 
 /// What can go wrong, from the file on disk to the encoded picture.
 ///
-/// Each variant prints as one line, fit to follow `error: ` on a terminal.
-#[derive(Debug, thiserror::Error)]
+/// Each variant prints as one line, fit to follow `error: ` on a terminal; `{:?}` prints that line too, so that
+/// `fn main() -> slicestack::Result<()>` ends with it.
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
     /// The operating system refused a read or a write.
@@ -42,6 +44,12 @@ pub enum Error {
     Stopped,
 }
 
+impl fmt::Debug for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
+    }
+}
+
 impl Error {
     /// An [`Error::Io`] for `path`.
     pub fn io(path: impl AsRef<Path>, source: std::io::Error) -> Self {
@@ -61,3 +69,23 @@ impl Error {
 
 /// Shorthand for results of this crate.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn debug_prints_the_line_that_display_prints() {
+        let missing = std::io::Error::from(std::io::ErrorKind::NotFound);
+        let all = [
+            (Error::io("a.png", missing), "a.png: entity not found"),
+            (Error::format("a.npy", "3 bytes"), "a.npy: 3 bytes"),
+            (Error::Limit { what: "a.nrrd: bytes".into(), needed: 7, limit: 6 }, "a.nrrd: bytes: 7 is over the limit of 6"),
+            (Error::invalid("image width 0"), "image width 0"),
+            (Error::Stopped, "stopped"),
+        ];
+        for (error, line) in all {
+            assert_eq!((format!("{error}"), format!("{error:?}"), format!("{error:#?}")), (line.into(), line.into(), line.into()));
+        }
+    }
+}

@@ -19,7 +19,7 @@
 //!                        |
 //!                     fragment       span > texture coordinates > fetch > classify > fog > blend, 64 at a time
 //!                        |
-//!                     Picture        premultiplied RGBA in f32 > PNG, NumPy, OpenEXR
+//!                     Picture        premultiplied RGBA in f32 > PNG, NumPy, OpenEXR, JPEG, WebP, TIFF
 //! ```
 //!
 //! # A picture in five lines
@@ -50,6 +50,7 @@
 //! | bound memory, choose threads and vector level, hear of progress | [`Settings`], [`Limits`], [`Level`] |
 //! | see how a picture comes about, step by step | [`explain`](mod@explain) |
 //! | write a picture | [`Picture::save`](picture::Picture::save), [`picture::Format`] |
+//! | read a picture | [`Picture::open`](picture::Picture::open) |
 //! | know the truth without slices | [`reference`](mod@reference) |
 //! | know what error costs, and what holds in extreme cases | [`study`] |
 //!
@@ -69,7 +70,7 @@
 //! |---|---|
 //! | `formats` | readers for NRRD, NIfTI, MetaImage, VTK, NumPy and raw files |
 //! | `scene-file` | scenes as TOML or JSON, and their schema; takes `formats` with it |
-//! | `encoders` | PNG, NumPy and OpenEXR files of a picture |
+//! | `encoders` | picture files, written and read: PNG, NumPy, OpenEXR, JPEG, WebP, TIFF |
 //! | `explain` | teaching pages; takes `encoders` with it |
 //! | `study` | error against run time, and proof of stability; takes `encoders` with it |
 //! | `cli` | the command `slicestack`, with all of the above |

@@ -75,6 +75,10 @@ fn formats_go_by_name_and_by_flag() {
         (&["-o", "a.exr"], b"\x76\x2f\x31\x01"),
         (&["-o", "a.png", "--depth", "16"], b"\x89PNG"),
         (&["-o", "a.dat", "--format", "npy"], b"\x93NUMPY"),
+        (&["-o", "a.webp"], b"RIFF"),
+        (&["-o", "a.tif", "--depth", "16"], b"II\x2a\0"),
+        (&["-o", "a.jpeg", "--background", "white"], b"\xff\xd8\xff"),
+        (&["-o", "b.dat", "--format", "jpeg", "--background", "white"], b"\xff\xd8\xff"),
     ] {
         let out = run(dir.path(), &small(args));
         assert!(out.status.success(), "{args:?}: {}", text(&out.stderr));
@@ -178,9 +182,11 @@ fn wrong_usage_ends_with_2() {
         (&["frobnicate"][..], "unrecognized subcommand 'frobnicate'"),
         (&["render", "--foo"], "unexpected argument '--foo'"),
         (&["render", "a", "b"], "unexpected argument 'b'"),
-        (&["render", "-o", "a.jpg"], "a.jpg: unknown picture extension \"jpg\""),
+        (&["render", "-o", "a.bmp"], "a.bmp: unknown picture extension \"bmp\": use .png, .npy, .exr, .jpg, .webp or .tif"),
+        (&["render", "-o", "a.gif"], "a.gif: GIF is read but not written"),
         (&["render", "-o", "a"], "a: unknown picture extension \"\""),
-        (&["render", "-o", "a.npy", "--depth", "16"], "--depth 16 is for PNG"),
+        (&["render", "-o", "a.npy", "--depth", "16"], "--depth 16 is for PNG and TIFF; NumPy holds 32-bit floats"),
+        (&["render", "-o", "a.webp", "--depth", "16"], "--depth 16 is for PNG and TIFF; WebP holds 8 bits"),
         (&["render", "--depth", "12"], "invalid value '12'"),
         (&["render", "--size", "12"], "--size 12: write WIDTHxHEIGHT"),
         (&["render", "--size=-1x3"], "--size -1x3: write"),

@@ -1,6 +1,6 @@
 //! `slicestack explain`.
 
-use super::output::Sink;
+use super::output::{Sink, is_json};
 use super::progress::{Bar, Phase, catch_signals, enter};
 use super::scene::SceneArgs;
 use super::{Usage, complain};
@@ -57,17 +57,17 @@ pub(super) fn run(args: &ExplainArgs) -> Result<()> {
     let json = args.json.as_deref().map(Sink::new).transpose()?;
     let page = folder.sink("index.html");
     let inputs: Vec<&Path> = args.scene.input.as_deref().into_iter().collect();
-    page.spare("page", &[b"<!doctype html>"], &inputs)?;
+    page.spare("page", |start| start.starts_with(b"<!doctype html>"), &inputs)?;
     let pictures: Vec<Sink> = if args.frames {
         ["build-up.png".to_owned()].into_iter().chain((0..FRAMES).map(frame_name)).map(|n| folder.sink(&n)).collect()
     } else {
         Vec::new()
     };
     for picture in &pictures {
-        picture.spare("picture", &[b"\x89PNG"], &inputs)?;
+        picture.spare("picture", |start| Format::of_start(start) == Some(Format::Png), &inputs)?;
     }
     if let Some(json) = &json {
-        json.spare("JSON", &[b"{"], &inputs)?;
+        json.spare("JSON", is_json, &inputs)?;
     }
     catch_signals()?;
 
@@ -75,7 +75,7 @@ pub(super) fn run(args: &ExplainArgs) -> Result<()> {
     let bar = Arc::new(Bar::new());
     let settings = Settings::new().limits(args.scene.limits()).progress(bar.clone());
     if let (Some(path), Some(json)) = (scene_file.volume().path(), &json) {
-        json.spare("JSON", &[b"{"], &[path])?;
+        json.spare("JSON", is_json, &[path])?;
     }
     let volume = scene_file.volume().load(&settings.limits)?;
     let (scene, mut warnings) = scene_file.to_scene(&volume)?;

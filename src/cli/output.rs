@@ -33,11 +33,11 @@ impl Sink {
         Ok(Self::File(path.to_path_buf()))
     }
 
-    /// Refuses to replace what is not of `kind`: an input by a slip of the hand, or any file whose first bytes are none of `starts`.
+    /// Refuses to replace what is not of `kind`: an input by a slip of the hand, or any file whose first bytes `is` does not know.
     ///
     /// # Errors
     /// [`Usage`] naming the file.
-    pub(super) fn spare(&self, kind: &str, starts: &[&[u8]], inputs: &[&Path]) -> Result<()> {
+    pub(super) fn spare(&self, kind: &str, is: fn(&[u8]) -> bool, inputs: &[&Path]) -> Result<()> {
         let Self::File(path) = self else { return Ok(()) };
         let Ok(real) = path.canonicalize() else { return Ok(()) };
         if inputs.iter().any(|i| i.canonicalize().is_ok_and(|i| i == real)) {
@@ -48,7 +48,7 @@ impl Sink {
         }
         let mut head = Vec::new();
         File::open(&real).and_then(|f| f.take(16).read_to_end(&mut head)).with_context(|| path.display().to_string())?;
-        if !head.is_empty() && !starts.iter().any(|s| head.starts_with(s)) {
+        if !head.is_empty() && !is(&head) {
             bail!(Usage(format!("{}: is there already and is no {kind}; remove it or choose another name", path.display())));
         }
         Ok(())
@@ -84,14 +84,29 @@ pub(super) fn print(bytes: &[u8]) -> Result<()> {
 /// [`Usage`] when neither a file name nor `--format` tells the format.
 pub(super) fn encoding(sink: &Sink, format: Option<&str>, depth: &str) -> Result<(Format, Depth)> {
     let depth = if depth == "16" { Depth::Sixteen } else { Depth::Eight };
-    let named = format.and_then(|name| Format::ALL.into_iter().find(|f| f.name() == name));
+    let named = format.and_then(Format::of_name);
     let format = match (named, sink) {
         (Some(format), _) => format,
         (None, Sink::Stdout) => Format::Png,
         (None, Sink::File(path)) => Format::of_path(path).map_err(|e| Usage(e.to_string()))?,
     };
-    if depth == Depth::Sixteen && format != Format::Png {
-        bail!(Usage(format!("--depth 16 is for PNG; {} holds 32-bit floats", format.name())));
+    if depth == Depth::Sixteen && !format.takes_depth() {
+        bail!(Usage(format!("--depth 16 is for {}; {} holds {}", with_depth(), format.title(), format.components())));
     }
     Ok((format, depth))
+}
+
+/// Whether a file that begins with `start` is a picture, and may give way to another.
+pub(super) fn is_picture(start: &[u8]) -> bool {
+    Format::of_start(start).is_some()
+}
+
+/// Whether a file that begins with `start` is JSON, as statistics and records are.
+pub(super) fn is_json(start: &[u8]) -> bool {
+    start.starts_with(b"{")
+}
+
+/// The formats that `--depth` is for: "PNG and TIFF".
+fn with_depth() -> String {
+    Format::ALL.into_iter().filter(|f| f.takes_depth()).map(Format::title).collect::<Vec<_>>().join(" and ")
 }

@@ -1,11 +1,12 @@
 //! `slicestack render`.
 
-use super::output::{Sink, encoding};
+use super::output::{Sink, encoding, is_json, is_picture};
 use super::progress::{Bar, Phase, catch_signals, enter};
 use super::scene::{SceneArgs, level};
 use super::stats::{self, Clock};
 use super::{Usage, complain};
 use anyhow::{Result, bail};
+use clap::builder::{PossibleValue, PossibleValuesParser};
 use slicestack::picture::Format;
 use slicestack::{Renderer, Settings};
 use std::io::{IsTerminal, stderr};
@@ -17,13 +18,12 @@ use std::time::Instant;
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES, after_long_help = EXAMPLES)]
 pub(super) struct RenderArgs {
-    /// Picture to write: .png, .npy or .exr; - for stdout.
-    #[arg(short, long, value_name = "OUT", default_value = "slicestack.png")]
+    #[arg(short, long, value_name = "OUT", default_value = "slicestack.png", help = format!("Picture to write: {}; - for stdout", Format::choices()))]
     output: PathBuf,
     /// Format, where the name of OUT does not tell it.
-    #[arg(long, value_parser = ["png", "npy", "exr"])]
+    #[arg(long, value_parser = formats())]
     format: Option<String>,
-    /// Bits of a PNG's components.
+    /// Bits of the components of a PNG or TIFF.
     #[arg(long, value_parser = ["8", "16"], default_value = "8")]
     depth: String,
     /// Render so often, and report the shortest time.
@@ -63,8 +63,11 @@ Examples:
 
 Every key of a scene file is a flag of the same name: `slicestack render --help` lists them, `slicestack schema` describes them.";
 
-/// How pictures begin: PNG, NumPy, OpenEXR.
-const PICTURES: [&[u8]; 3] = [b"\x89PNG", b"\x93NUMPY", b"\x76\x2f\x31\x01"];
+/// What `--format` takes: each format by its usual extension, with the others as further names.
+fn formats() -> PossibleValuesParser {
+    let value = |f: Format| PossibleValue::new(f.name()).aliases(&f.extensions()[1..]).help(f.about());
+    Format::ALL.map(value).into()
+}
 
 pub(super) fn run(args: &RenderArgs) -> Result<()> {
     let settings_level = level(&args.simd)?;
@@ -76,9 +79,9 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
         bail!(Usage("picture and statistics cannot both go to stdout".into()));
     }
     let inputs: Vec<&Path> = args.scene.input.as_deref().into_iter().collect();
-    sink.spare("picture", &PICTURES, &inputs)?;
+    sink.spare("picture", is_picture, &inputs)?;
     if let Some(stats_sink) = &stats_sink {
-        stats_sink.spare("JSON", &[b"{"], &inputs)?;
+        stats_sink.spare("JSON", is_json, &inputs)?;
         if *stats_sink == sink {
             bail!(Usage(format!("{}: picture and statistics cannot both go there", args.output.display())));
         }
@@ -97,9 +100,9 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
     let mut clock = Clock::default();
     let start = Instant::now();
     if let Some(path) = scene_file.volume().path() {
-        sink.spare("picture", &PICTURES, &[path])?;
+        sink.spare("picture", is_picture, &[path])?;
         if let Some(stats_sink) = &stats_sink {
-            stats_sink.spare("JSON", &[b"{"], &[path])?;
+            stats_sink.spare("JSON", is_json, &[path])?;
         }
     }
     let volume = scene_file.volume().load(&settings.limits)?;

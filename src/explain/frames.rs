@@ -1,6 +1,7 @@
 //! The picture building up, slab by slab.
 
 use super::{plain, steady};
+use crate::picture::png::Animation;
 use crate::raster::Observer;
 use crate::scene::{Order, Scene};
 use crate::{Error, Picture, Renderer, Result, Settings, Volume};
@@ -45,25 +46,18 @@ pub fn build_up(
     }
     let n = u64::from(frames.max(1)).min(count);
     let back = scene.blending_order() == Order::BackToFront;
-    let refused = |e: png::EncodingError| Error::invalid(format!("animated PNG: {e}"));
     let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, scene.size().0, scene.size().1);
-    encoder.set_color(png::ColorType::Rgba);
-    encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_compression(png::Compression::Fast);
-    encoder.set_animated(n as u32, 0).map_err(refused)?;
-    encoder.set_frame_delay(1, 12).map_err(refused)?;
-    let mut writer = encoder.write_header().map_err(refused)?;
+    let mut animation = Animation::begin(&mut bytes, scene.size().0, scene.size().1, n as u32)?;
     for i in 1..=n {
         let done = (count * i / n) as i64;
         let slices = if back { count as i64 - done..count as i64 } else { 0..done };
         let frame = renderer.render_observed(scene, Upto { slices })?.0;
         each(i as u32 - 1, &frame)?;
         if i == n {
-            writer.set_frame_delay(2, 1).map_err(refused)?;
+            animation.slow(2)?;
         }
-        writer.write_image_data(&frame.to_rgba8()).map_err(refused)?;
+        animation.frame(&frame)?;
     }
-    writer.finish().map_err(refused)?;
+    animation.finish()?;
     Ok(bytes)
 }

@@ -30,6 +30,7 @@ mod scenery;
 
 pub use frames::build_up;
 
+use crate::picture::png;
 use crate::plan::start_values;
 use crate::proxy::Stack;
 use crate::renderer::adaptive::refine;
@@ -235,7 +236,7 @@ pub fn explain(volume: &Volume, scene: &Scene, settings: &Settings, request: &Re
     Ok(Explanation {
         record,
         picture,
-        drawing: page::png(drawing.width(), drawing.height(), &straight(&drawing))?,
+        drawing: png::rgba8(drawing.width(), drawing.height(), &straight(&drawing))?,
         fogs,
         warnings: stats.warnings,
     })

@@ -1,7 +1,8 @@
 //! The page: record, pictures, style and script in one HTML file that asks nothing of a network.
 
 use super::Explanation;
-use crate::{Error, Picture, Result};
+use crate::picture::{Depth, Format};
+use crate::{Picture, Result};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use std::borrow::Cow;
@@ -16,19 +17,6 @@ const SCRIPTS: [&str; 4] =
 /// Largest side of the picture on the page.
 const SIDE: u32 = 1024;
 
-/// The bytes of a PNG of straight RGBA.
-pub(super) fn png(width: u32, height: u32, rgba: &[u8]) -> Result<Vec<u8>> {
-    let refused = |e: png::EncodingError| Error::invalid(format!("PNG: {e}"));
-    let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, width, height);
-    encoder.set_color(png::ColorType::Rgba);
-    encoder.set_depth(png::BitDepth::Eight);
-    let mut writer = encoder.write_header().map_err(refused)?;
-    writer.write_image_data(rgba).map_err(refused)?;
-    writer.finish().map_err(refused)?;
-    Ok(bytes)
-}
-
 fn uri(png: &[u8]) -> String {
     format!("data:image/png;base64,{}", STANDARD.encode(png))
 }
@@ -37,7 +25,7 @@ fn uri(png: &[u8]) -> String {
 fn picture_uri(picture: &Picture) -> Result<String> {
     let factor = picture.width().max(picture.height()).div_ceil(SIDE);
     let small = if factor > 1 { Cow::Owned(shrunk(picture, factor)) } else { Cow::Borrowed(picture) };
-    Ok(uri(&png(small.width(), small.height(), &small.to_rgba8())?))
+    Ok(uri(&small.encode(Format::Png, Depth::Eight)?))
 }
 
 /// Means over squares of `factor` pixels.

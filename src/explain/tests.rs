@@ -303,8 +303,9 @@ fn pictures_build_up_to_the_picture() {
             assert_eq!(frames[4].sha256(), whole.sha256(), "{name}");
         }
         assert!(frames.windows(2).filter(|w| w[0] != w[1]).count() >= 2, "{name}");
-        let reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
-        assert_eq!(reader.info().animation_control().unwrap().num_frames, 5, "{name}");
+        assert_eq!(png::frames(&bytes), Some(5), "{name}");
+        // What shows where animations are not known is the first frame.
+        assert_eq!(Picture::decode(&bytes, name).unwrap().to_rgba8(), frames[0].to_rgba8(), "{name}");
     }
 }
 

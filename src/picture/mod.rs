@@ -1,9 +1,33 @@
-//! Finished pictures and their files.
+//! Finished pictures and their files. Nothing else in the crate knows how PNG or any other picture file looks.
+//!
+//! ```text
+//!  Picture --encode--> bytes --save--> file      format.rs says of each format its names, its first bytes, what it can hold
+//!     ^                  |               |
+//!     '-----decode-------'<-----open-----'
+//! ```
 
+#[cfg(feature = "encoders")]
+mod decode;
 #[cfg(feature = "encoders")]
 mod encode;
+#[cfg(feature = "encoders")]
+mod exr;
+#[cfg(feature = "encoders")]
+mod file;
+#[cfg(feature = "encoders")]
+mod format;
+#[cfg(feature = "encoders")]
+mod npy;
 mod pixels;
+#[cfg(feature = "encoders")]
+pub(crate) mod png;
+#[cfg(all(test, feature = "encoders"))]
+mod tests;
+#[cfg(feature = "encoders")]
+mod tiff;
 
 #[cfg(feature = "encoders")]
-pub use encode::{Depth, Format, write_whole};
+pub use file::write_whole;
+#[cfg(feature = "encoders")]
+pub use format::{Depth, Format};
 pub use pixels::Picture;

@@ -1,6 +1,7 @@
 //! A drawing as pixels, two to a unit.
 
 use super::{Anchor, Drawing, Ink, Shape};
+use crate::picture::png::rgb8;
 use crate::{Error, Result};
 use noto_sans_mono_bitmap::{FontWeight, RasterHeight, get_raster, get_raster_width};
 use tiny_skia::{Color, FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke, StrokeDash, Transform};
@@ -39,16 +40,9 @@ impl Drawing {
                 Shape::Text { at, text, ink, anchor, bold, up } => write(&mut pixels, *at, text, *ink, *anchor, *bold, *up),
             }
         }
-        let mut out = Vec::new();
-        let mut encoder = ::png::Encoder::new(&mut out, width, height);
-        encoder.set_color(::png::ColorType::Rgb);
-        let refused = |e: ::png::EncodingError| Error::invalid(format!("png: {e}"));
-        let mut writer = encoder.write_header().map_err(refused)?;
         // Everything lies on opaque white.
         let rgb: Vec<u8> = pixels.data().chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect();
-        writer.write_image_data(&rgb).map_err(refused)?;
-        writer.finish().map_err(refused)?;
-        Ok(out)
+        rgb8(width, height, &rgb)
     }
 }
 

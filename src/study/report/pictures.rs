@@ -1,21 +1,15 @@
 //! The pictures of a report: what it should be, what it is, where they differ.
 
+use crate::Result;
+use crate::picture::png::rgb8;
 use crate::reference::metrics::Displayed;
 use crate::scene::{ColorMap, TransferFunction};
-use crate::{Error, Result};
 
 /// Displayed colours as a PNG file of 8 bits.
 pub(super) fn png(picture: &Displayed) -> Result<Vec<u8>> {
     let (width, height) = picture.size();
     let bytes: Vec<u8> = picture.rgb().iter().flatten().map(|c| (c * 255.0 + 0.5) as u8).collect();
-    let mut out = Vec::new();
-    let mut encoder = ::png::Encoder::new(&mut out, width as u32, height as u32);
-    encoder.set_color(::png::ColorType::Rgb);
-    let refused = |e: ::png::EncodingError| Error::invalid(format!("png: {e}"));
-    let mut writer = encoder.write_header().map_err(refused)?;
-    writer.write_image_data(&bytes).map_err(refused)?;
-    writer.finish().map_err(refused)?;
-    Ok(out)
+    rgb8(width as u32, height as u32, &bytes)
 }
 
 /// The largest difference of the components at each pixel, black at 0, white at `most` and above.

@@ -1,0 +1,71 @@
+//! What the header of an OpenEXR file claims, looked at before the decoder takes memory by it.
+//!
+//! A file is a magic, a version with flags, and for each part a list of attributes that an empty name ends. An attribute is a name, a
+//! type, both ended by a zero byte, the length of its value in four bytes, and the value. Source:
+//! <https://openexr.com/en/latest/OpenEXRFileLayout.html>.
+
+use super::decode::{FEW_PIXELS, PIXELS_A_BYTE, check_size};
+use crate::{Error, Result};
+use std::path::Path;
+
+/// Flag of the version: the file has several parts, whose headers follow each other and end with an empty one.
+const MULTIPART: u32 = 1 << 12;
+/// Most rows of a block in a file without tiles.
+const BLOCK_ROWS: u64 = 256;
+/// Fewest bytes that a channel takes in the list of them.
+const CHANNEL_BYTES: usize = 18;
+
+/// Checks every part: the pixels that are stored, those that are shown, and the blocks in which they are decoded.
+///
+/// # Errors
+/// [`Error::Format`] naming `path` when a header does not end, or claims sizes that are too large, be it for the file's length.
+pub(super) fn check(bytes: &[u8], path: &Path) -> Result<()> {
+    let short = || Error::format(path, format!("OpenEXR of {} bytes: it ends within its header", bytes.len()));
+    let word = |at: usize| bytes.get(at..at + 4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])).ok_or_else(short);
+    // The place behind the next zero byte.
+    let behind = |at: usize| bytes.get(at..).and_then(|b| b.iter().position(|&b| b == 0)).map(|n| at + n + 1).ok_or_else(short);
+    let size = |size| check_size(path, "OpenEXR", size, bytes.len());
+    let multipart = word(4)? & MULTIPART != 0;
+    let mut at = 8;
+    loop {
+        // The attributes of one part.
+        let (mut width, mut tile, mut channels) = (0, None, 0);
+        loop {
+            let kind = behind(at)?;
+            let name = &bytes[at..kind - 1];
+            if name.is_empty() {
+                at = kind;
+                break;
+            }
+            let value = behind(kind)? + 4;
+            let length = word(value - 4)? as usize;
+            let end = value.checked_add(length).filter(|&end| end <= bytes.len()).ok_or_else(short)?;
+            match (name, length) {
+                (b"dataWindow" | b"displayWindow", 16) => {
+                    let edge = |i: usize| Ok::<_, Error>(i64::from(word(value + 4 * i)? as i32));
+                    let side = |from: i64, to: i64| u64::try_from(to - from + 1).unwrap_or(0);
+                    let sides = (side(edge(0)?, edge(2)?), side(edge(1)?, edge(3)?));
+                    size(sides)?;
+                    width = width.max(sides.0);
+                }
+                (b"tiles", 9) => {
+                    let sides = (u64::from(word(value)?), u64::from(word(value + 4)?));
+                    size(sides)?;
+                    tile = Some(sides);
+                }
+                (b"channels", _) => channels = length / CHANNEL_BYTES,
+                _ => {}
+            }
+            at = end;
+        }
+        let (w, h) = tile.unwrap_or((width, BLOCK_ROWS));
+        let numbers = (w * h).saturating_mul(channels as u64);
+        if numbers > 4 * FEW_PIXELS && numbers > 4 * PIXELS_A_BYTE * bytes.len() as u64 {
+            let what = format!("OpenEXR of {} bytes: claims blocks of {w} x {h} pixels and {channels} channels", bytes.len());
+            return Err(Error::format(path, what + ", more than these can hold"));
+        }
+        if !multipart || bytes.get(at) == Some(&0) {
+            return Ok(());
+        }
+    }
+}
