@@ -1,6 +1,9 @@
 #!/usr/bin/env python3
 """Rules of the source that no compiler checks. Prints every breach as file:line, exit status 1 when there is one.
 
+Among them: a room (a folder or file of src/) uses no other rooms than the table in ARCHITECTURE.md allows it, and only such as stand above
+it there, so that no two rooms use each other.
+
 usage: house.py [ROOT]            (default: the directory above this file's)
 """
 import pathlib
@@ -126,8 +129,153 @@ def self_test():
             sys.exit(f"house.py: {breaches(path, text)} fired on {path}: {text}")
 
 
+# ---- rooms -------------------------------------------------------------------------------------------------------------
+
+PATH = re.compile(r"(?<![\w:])(?:crate|slicestack)::(\{|\w+)")
+# Rows of the table of rooms: | `name/` or `name.rs` | ... | rooms, `-` or `all` |
+ROW = re.compile(r"^\| `([a-z_]+)(/|\.rs)` \|.*\| ([^|]+) \|$")
+
+
+def room_table(text):
+    """{room: set of rooms it may use, or None for all of them}, top to bottom, from the text of ARCHITECTURE.md."""
+    table = {}
+    inside = False
+    for line in text.splitlines():
+        if line.startswith("## "):
+            inside = line == "## Rooms"
+        m = ROW.match(line) if inside else None
+        if m:
+            uses = m.group(3).strip()
+            table[m.group(1)] = None if uses == "all" else set() if uses == "-" else {u.strip() for u in uses.split(",")}
+    return table
+
+
+def table_faults(table, rooms):
+    """What is wrong with the table itself; `rooms` are those that the source has."""
+    faults = [f"ARCHITECTURE.md: the table of rooms lacks `{r}`" for r in sorted(rooms - table.keys())]
+    faults += [f"ARCHITECTURE.md: the table has a room `{r}` that src/ has not" for r in sorted(table.keys() - rooms)]
+    above = set()
+    for room, uses in table.items():
+        for used in sorted((uses or set()) - above):
+            faults.append(f"ARCHITECTURE.md: `{room}` uses `{used}`, which does not stand above it in the table")
+        above.add(room)
+    return faults
+
+
+def room_of(path):
+    return pathlib.PurePath(path).parts[1].removesuffix(".rs")
+
+
+def without_tests(code):
+    """The code without what stands under `#[cfg(test)]`; blanked, line breaks kept."""
+    out, at = [], 0
+    for m in re.finditer(r"#\[cfg\((?:all\()?test\b[^\]]*\)\]", code):
+        if m.start() < at:
+            continue
+        # Up to the end of the item: its closing brace, or its semicolon.
+        depth, end = 0, m.end()
+        while end < len(code):
+            c = code[end]
+            end += 1
+            if c == "{":
+                depth += 1
+            elif c == "}":
+                depth -= 1
+                if depth == 0:
+                    break
+            elif c == ";" and depth == 0:
+                break
+        out += [code[at : m.start()], re.sub(r"[^\n]", " ", code[m.start() : end])]
+        at = end
+    return "".join(out) + code[at:]
+
+
+def names_used(code):
+    """(line number, first name behind `crate::`) of every path in the code, groups in braces taken apart."""
+    found = []
+    for m in PATH.finditer(code):
+        line = code.count("\n", 0, m.start()) + 1
+        if m.group(1) != "{":
+            found.append((line, m.group(1)))
+            continue
+        depth, start, i = 1, m.end(), m.end()
+        while depth and i < len(code):
+            c = code[i]
+            depth += (c == "{") - (c == "}")
+            if (c == "," and depth == 1) or depth == 0:
+                name = re.match(r"\s*(\w+)", code[start:i])
+                if name:
+                    found.append((line, name.group(1)))
+                start = i + 1
+            i += 1
+    return found
+
+
+def flat_names(library):
+    """{name: room} of what lib.rs exports flat."""
+    names = {}
+    for m in re.finditer(r"\bpub use (\w+)::(\{[^}]*\}|\w+);", library):
+        for name in re.findall(r"\w+", m.group(2)):
+            names[name] = m.group(1)
+    return names
+
+
+def import_breaches(path, code, table, flat):
+    """Every (line number, room used) that the room of `path` may not use."""
+    room = room_of(path)
+    allowed = table.get(room, set())
+    if allowed is None:
+        return []
+    found = []
+    for line, name in names_used(without_tests(code)):
+        used = name if name in table else flat.get(name)
+        if used and used != room and used not in allowed:
+            found.append((line, used))
+    return found
+
+
+def test_imports():
+    table = room_table("## Rooms\n| `a.rs` | x | - |\n| `b/` | y | a |\n| `lib.rs` | z | all |\n## Other\n| `c/` | no | a |\n")
+    flat = flat_names("pub use a::{Error, Result};")
+    assert table == {"a": set(), "b": {"a"}, "lib": None}, table
+    for path, code, want in [
+        ("src/b/x.rs", "use crate::a::X;", []),
+        ("src/b/x.rs", "use crate::{Error, b::Y};", []),
+        ("src/a.rs", "use crate::b::Y;", [(1, "b")]),
+        ("src/a.rs", "fn f() {\n crate::b::g() }", [(2, "b")]),
+        ("src/a.rs", "use crate::{a::X,\n b::{Y, Z}};", [(1, "b")]),
+        ("src/a.rs", "#[cfg(test)]\nmod tests { use crate::b::Y; }", []),
+        ("src/a.rs", "#[cfg(all(test, unix))]\nuse crate::b::Y;\nfn f() { crate::b::g() }", [(3, "b")]),
+        ("src/lib.rs", "use crate::b::Y;", []),
+    ]:
+        got = import_breaches(path, code, table, flat)
+        if got != want:
+            sys.exit(f"house.py: imports of {path} {code!r}: {got}, not {want}")
+    wrong = {"a": {"b"}, "b": {"a"}}
+    if not table_faults(wrong, {"a", "b"}) or table_faults(table, {"a", "b", "lib"}) or not table_faults(table, {"a", "b", "lib", "d"}):
+        sys.exit("house.py: the table's own faults are not found")
+
+
+def check_imports(root, sources):
+    """Prints every arrow that the table of rooms does not have; their number."""
+    table = room_table((root / "ARCHITECTURE.md").read_text(encoding="utf-8"))
+    inside = [p for p in sources if p.startswith("src/") and (root / p).is_file()]
+    faults = table_faults(table, {room_of(p) for p in inside})
+    flat = flat_names(code_only((root / "src/lib.rs").read_text(encoding="utf-8")))
+    for path in inside:
+        if path.endswith("/tests.rs") or "/tests/" in path:
+            continue
+        code = code_only((root / path).read_text(encoding="utf-8"))
+        for line, used in import_breaches(path, code, table, flat):
+            faults.append(f"{path}:{line}: room `{room_of(path)}` may not use `{used}` (the table in ARCHITECTURE.md)")
+    for fault in faults:
+        print(fault)
+    return len(faults)
+
+
 def main():
     self_test()
+    test_imports()
     root = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).resolve().parent.parent)
     tracked = subprocess.run(["git", "-C", root, "ls-files", "-z"], check=True, capture_output=True, text=True).stdout
     wanted = (".rs", ".toml", ".md", ".html", ".js", ".css", ".py", ".json")
@@ -142,6 +290,7 @@ def main():
         for number, name, hint, line in breaches(path, (root / path).read_text(encoding="utf-8")):
             print(f"{path}:{number}: {name} ({hint}): {line[:120]}")
             count += 1
+    count += check_imports(root, sources)
     print(f"{len(paths)} files read, {len(sources)} of them Rust: {count} breaches")
     sys.exit(1 if count else 0)
 

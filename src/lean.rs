@@ -1,6 +1,6 @@
 //! A build without what a plain scene does not need, to measure what the default build pays for having it: `--cfg slicestack_lean`.
 //!
-//! Such a build has no fog, no clip planes, no slabs between slices and no check for voxels that are no numbers, neither as stages nor
+//! Such a build has no fog, no clip planes, no slabs between slices and no check for voxels that are NaN, neither as stages nor
 //! as questions asked on the way; it refuses scenes that want them. It is for `.ci/instructions.py` and for nobody else.
 
 use crate::scene::Scene;

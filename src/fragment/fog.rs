@@ -21,7 +21,7 @@ pub(super) struct FogPlanar;
 /// A factor for each fragment, from its distance to the eye.
 pub(super) struct FogRadial;
 
-/// A factor for each fragment, given.
+/// A factor for each fragment, which the batch holds already.
 pub(super) struct FogEach;
 
 /// Mixes row `r` with the fog colour by factor `f`.

@@ -55,7 +55,7 @@ impl<'v, const SPLIT: bool, const SECOND: bool, const FINE: bool> Kernel<Frame<'
             let previous = L::load(row(&batch.pixels.previous[0], r));
             let entered = L::eq_i(slice, first);
             let front = L::select(entered, L::load(row(&batch.pixels.entry, r)), previous);
-            // Values that are no numbers make no slab.
+            // A slab with NaN or infinity on either side is transparent.
             let whole = L::and(finite::<L>(front), finite::<L>(back));
             let (mut a, mut b) = (L::select(whole, front, L::splat(0.0)), L::select(whole, back, L::splat(0.0)));
             if SECOND {
@@ -70,7 +70,7 @@ impl<'v, const SPLIT: bool, const SECOND: bool, const FINE: bool> Kernel<Frame<'
                 let zero = L::splat(0.0);
                 let (low, high) = (L::min(a, b), L::max(a, b));
                 let twice = L::sub(zero, L::add(shift, shift));
-                // Nothing where the third value is no number: the second operand counts.
+                // Where the third value is NaN, max and min return their second operand, 0.
                 let (up, down) = (L::max(twice, zero), L::min(twice, zero));
                 let rising = L::le(a, b);
                 let (from, to) = (L::add(a, L::select(rising, up, down)), L::add(b, L::select(rising, down, up)));

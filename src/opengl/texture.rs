@@ -52,7 +52,7 @@ impl Values {
         }
     }
 
-    /// Where `value` lies in `[0,1]`; 0 for what is no number, and in a volume of one value.
+    /// Where `value` lies in `[0,1]`; 0 for NaN, and in a volume of one value.
     fn position(min: f64, max: f64, value: f64) -> f64 {
         // Halves, so that the range of values as large as f64 has them stays finite.
         let (low, width) = (min * 0.5, max * 0.5 - min * 0.5);

@@ -1,9 +1,9 @@
 //! Files to pictures.
 
+use super::MAX_SIDE;
 use super::file::{no_memory, read_picture, unknown};
 use super::format::{Entry, recognized};
 use super::{Picture, exr, npy, tiff};
-use crate::scene::MAX_SIDE;
 use crate::{Error, Result};
 use image::{ColorType, ImageDecoder, ImageFormat, ImageReader, Limits};
 use std::io::Cursor;

@@ -30,4 +30,4 @@ mod tiff;
 pub use file::write_whole;
 #[cfg(feature = "encoders")]
 pub use format::{Depth, Format};
-pub use pixels::Picture;
+pub use pixels::{MAX_SIDE, Picture};

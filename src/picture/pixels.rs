@@ -2,6 +2,9 @@
 
 use sha2::{Digest, Sha256};
 
+/// Largest side of a picture in pixels: sizes are checked before memory is taken.
+pub const MAX_SIDE: u32 = 1 << 15;
+
 /// A picture of `width` x `height` pixels, row 0 on top, premultiplied RGBA in f32.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Picture {

@@ -2,24 +2,24 @@
 
 use crate::volume::VoxelType;
 
-/// The largest stored integer that shows nothing, nor does anything interpolated between such: all of those lie below position `clear` of
-/// a table that begins at value `low` and has the product of `scale` entries a unit. Nothing for voxels of over 16 bits, and for tables
-/// that fall.
-pub(super) fn hidden_up_to(kind: VoxelType, low: f32, scale: [f32; 2], clear: f32) -> Option<i32> {
+/// The largest stored integer such that it and all values interpolated between smaller ones show nothing: they lie below position
+/// `first_visible` of a table that begins at value `low` and has the product of `scale` entries a unit. `None` for voxels of over 16 bits,
+/// and for tables that run from high values to low ones.
+pub(super) fn hidden_up_to(kind: VoxelType, low: f32, scale: [f32; 2], first_visible: f32) -> Option<i32> {
     let bits = match kind {
         VoxelType::U8 | VoxelType::I8 => 8,
         VoxelType::U16 | VoxelType::I16 => 16,
         _ => return None,
     };
     let per_unit = f64::from(scale[0]) * f64::from(scale[1]);
-    if !(per_unit > 0.0 && clear > 0.0) {
+    if !(per_unit > 0.0 && first_visible > 0.0) {
         return None;
     }
     // Interpolation may round a value up by a few units in the last place of the largest there are.
     let margin = libm::scalbn(1.0, bits - 20);
-    let end = f64::from(low) + f64::from(clear) * (1.0 - 1e-6) / per_unit - margin;
+    let end = f64::from(low) + f64::from(first_visible) * (1.0 - 1e-6) / per_unit - margin;
     let (least, most) = kind.limits();
-    // Where all values were limit, the frame would hold nothing to show.
+    // Where every value shows nothing, the whole frame is passed over before.
     let last = libm::ceil(end) - 1.0;
     (last >= least && last < most).then_some(last as i32)
 }

@@ -11,13 +11,13 @@ use crate::volume::{Volume, VoxelType};
 pub(crate) enum Saving {
     /// No number says it.
     Unknown,
-    /// So many units in every lane that went through the stages, besides so many that were done.
+    /// `saved` units for each lane that went through the stages, where `done` units were done.
     Lanes { saved: u64, done: u64, unit: &'static str },
     /// All lanes of a slice's batch but one.
     AllButOne(&'static str),
     /// The lanes of batches covered by whole slabs.
     Whole(&'static str),
-    /// So many units in every lookup, besides so many that were done.
+    /// `saved` units for each lookup, where `done` units were done.
     Lookups { saved: u64, done: u64, unit: &'static str },
 }
 

@@ -169,7 +169,7 @@ impl Lookup {
 pub(crate) fn method(scene: &Scene) -> Method {
     let method = scene.method();
     match scene.blend() {
-        // Farthest first, nobody knows how much light a slab's comes through; and a stage may have to see every slab.
+        // From back to front the transmittance before a slab is not known yet; and a stage may need every slab.
         Blend::Over => {
             let fits = StageId::wanted(scene).all(|(_, option)| option.merging == Fits::Yes);
             Method { merge: method.merge && fits && scene.blending_order() == Order::FrontToBack, ..method }

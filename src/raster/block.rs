@@ -10,7 +10,7 @@ use crate::scene::Order;
 use crate::skip::{BOXES, BoxClasses, SHOWN, SkipTable};
 use crate::tally::Counters;
 
-/// What the coarse runs of a block hold, so many of them as fit.
+/// Classes of up to [`BOXES`] neighbouring coarse runs of a block, kept from the last query.
 pub(super) struct Coarse {
     first: i64,
     known: usize,
@@ -27,7 +27,7 @@ impl Coarse {
     /// What coarse run `at` holds.
     pub(super) fn class<'f>(&mut self, work: &Work<'f, '_>, skip_table: &'f SkipTable, transform: &BlockTransform, at: i64) -> u8 {
         if !(self.first..self.first + self.known as i64).contains(&at) {
-            // Those around it, whichever way the block is gone through.
+            // The aligned group of runs that holds it: that serves both orders.
             self.first = at / BOXES as i64 * BOXES as i64;
             self.known = BOXES;
             let slices = work.runs.slices * work.runs.coarse;
@@ -39,7 +39,7 @@ impl Coarse {
     /// Whether anything may show on the slices of `range`.
     fn find<'f>(&mut self, work: &Work<'f, '_>, skip_table: &'f SkipTable, transform: &BlockTransform, range: &BlockRange) -> bool {
         let slices = work.runs.slices * work.runs.coarse;
-        // The way behind the last slice belongs to it.
+        // The piece behind the last slice counts to the last slice's run.
         let (first, last) = (range.any.0 / slices, (range.any.1 + work.runs.back) / slices);
         if last - first < BOXES as i64 {
             (self.first, self.known) = (first, (last - first + 1) as usize);

@@ -11,13 +11,13 @@ use std::ops::Range;
 ///
 /// An observer sees the picture being made and cannot touch it, but may ask for a part of it: blocks, and slices.
 pub(crate) trait Observer: Send + Sync {
-    /// Whether anything is looked at: for those who do, nothing that shows in no pixel is left out.
+    /// Whether it sees batches: then work that changes no pixel is done as well, so that it sees all of it.
     const OBSERVES: bool = true;
 
     /// Whether it asks for some of the fragments only: see [`Observer::fragments`].
     const SELECTS: bool = false;
 
-    /// An observer that is after the same things and has seen nothing yet.
+    /// An empty observer with the same settings, for another tile.
     fn fresh(&self) -> Self;
 
     /// Whether the block whose first pixel is (x,y) is to be rendered at all.

@@ -145,7 +145,7 @@ impl<'s> RayIntervals<'s> {
         let RaySummary { first, last, mut fragments, mut covered, close: mut open, .. } = pixels.summary;
         let (mut first, mut last) = (wide(first), wide(last));
         let mut corners = 0;
-        // What the kernel leaves open is settled ray by ray.
+        // Rays that the kernel could not decide are computed one by one.
         while open != 0 {
             let i = open.trailing_zeros() as usize;
             open &= open - 1;
@@ -312,7 +312,7 @@ impl<'s> RayIntervals<'s> {
                 return Ray::MISS;
             }
             let step = slope * spacing;
-            // The ray runs along this side, or as good as: no depth at which it crosses can be trusted.
+            // The ray is parallel to this side, or nearly: no depth at which it crosses can be trusted.
             if step.abs() < 8.0 * s.error {
                 doubt = true;
                 continue;

@@ -92,7 +92,7 @@ pub(crate) struct Job<'j, O, F> {
     /// With a mask, its blocks alone.
     pub(crate) blocks: Option<&'j BlockMask>,
     pub(crate) control: Control<'j>,
-    /// Observers of tiles are made after it.
+    /// Each tile's observer is made from it by [`Observer::fresh`].
     pub(crate) observer: &'j O,
 }
 

@@ -3,7 +3,7 @@
 use super::field::{Corners, corners, cubic};
 use super::panel::{DARK, Distance, Gathered, Haze, Piece, PieceFog, Quadrature};
 use super::segments::Segments;
-use crate::scene::{Blend, Fog, FogDistance, FogMode, FogWeighting, Premultiplied, Scene, View};
+use crate::scene::{Blend, Fog, FogDistance, FogMode, FogWeighting, Premultiplied, Scene, StageId, View};
 use crate::volume::Volume;
 use crate::{Error, Result};
 use glam::DVec3;
@@ -64,10 +64,7 @@ impl<'a> Integrator<'a> {
         if scene.blend() != Blend::Over {
             return Err(Error::invalid("render blend: there is a reference for \"over\" alone, projections have none"));
         }
-        let fog = scene.fog().copied();
-        if fog.is_some_and(|f| f.weighting() == FogWeighting::Literal) {
-            return Err(Error::invalid("fog weighting literal depends on the number of slices: there is no reference for it"));
-        }
+        let fog = follow(scene)?;
         let (width, height) = scene.size();
         Ok(Self {
             volume,
@@ -234,6 +231,34 @@ impl<'a> Integrator<'a> {
             _ => [f64::NEG_INFINITY; 2],
         }
     }
+}
+
+/// What the integrator does for the stages that `scene` asks for: its fog, if it has any. The match has no wildcard, so that a stage
+/// without an answer here does not compile.
+///
+/// # Errors
+/// [`Error::Invalid`] for what the integral has no limit of.
+fn follow(scene: &Scene) -> Result<Option<Fog>> {
+    let mut fog = None;
+    for (stage, _) in StageId::wanted(scene) {
+        match stage {
+            StageId::Fog if scene.fog().is_some_and(|f| f.weighting() == FogWeighting::Literal) => {
+                return Err(Error::invalid("fog weighting literal depends on the number of slices: there is no reference for it"));
+            }
+            StageId::Fog => fog = scene.fog().copied(),
+            // Scenes do not ask for these: they are what the integral is made of, or belong to slices alone.
+            StageId::Span
+            | StageId::Texcoord
+            | StageId::Fetch
+            | StageId::Guard
+            | StageId::Keep
+            | StageId::Classify
+            | StageId::Correct
+            | StageId::Mask
+            | StageId::Blend => {}
+        }
+    }
+    Ok(fog)
 }
 
 /// A piece of ray between two cuts.

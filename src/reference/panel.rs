@@ -120,7 +120,7 @@ impl PieceFog {
             }
             Haze::Exp2 { density } => {
                 let f = libm::exp(-(density * z) * (density * z));
-                // Squares of huge densities are infinite, and nothing times infinity is no number.
+                // Squares of huge densities are infinite, and 0 times infinity is NaN.
                 if f == 0.0 { (0.0, 0.0) } else { (f, -2.0 * density * density * z * dz * f) }
             }
         }

@@ -25,7 +25,7 @@ impl Finish for AsLayer {
 enum Most {
     /// This: weights of slabs add up to 1, and their roundings to a hair more.
     Bounded(f32),
-    /// Anything, of which the largest number there is stands for more, and 0 for NaN.
+    /// No bound: infinities become the largest f32, NaN becomes 0.
     Unbounded,
 }
 

@@ -16,6 +16,7 @@ mod stage;
 mod tests;
 mod transfer;
 
+pub use crate::picture::MAX_SIDE;
 pub use camera::{Camera, Placement, Projection, View};
 pub use clip::{ClipPlane, MAX_CLIP_PLANES};
 pub use color::{Premultiplied, Straight};
@@ -33,9 +34,6 @@ pub use stage::{Fits, Quantity, StageId, StageInfo, StageOption};
 pub use transfer::TransferFunction;
 
 use crate::{Error, Result};
-
-/// Largest picture side in pixels: sizes are checked before memory is taken.
-pub const MAX_SIDE: u32 = 1 << 15;
 
 /// Most slices of one picture.
 pub const MAX_SLICES: u64 = 1 << 24;

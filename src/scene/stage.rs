@@ -2,8 +2,8 @@
 //!
 //! A stage is a step that 64 fragments take together: see `fragment`. Every room that has to know of one reads this list: the plan (which
 //! stages run, and what is said of those that do not), the checks of a [`Scene`], the record and the page of `explain`, the OpenGL
-//! profile. The kernel of a stage is in `fragment`, its twin in `reference`; both match on [`StageId`] without a wildcard, so that a stage
-//! without a kernel or without a twin does not compile.
+//! profile. The kernel of a stage that scenes may ask for is in `fragment`, what the truth does about it in `reference`; both match on
+//! [`StageId`] without a wildcard, so that a stage without an answer there does not compile.
 //!
 //! To add a stage that scenes may ask for: a variant here with its [`StageInfo`], a setting in [`Scene`], its key in the scene file, its kernel
 //! in `fragment`, its twin in `reference`.

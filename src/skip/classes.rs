@@ -14,7 +14,7 @@ pub(crate) struct BrickClasses {
 }
 
 impl BrickClasses {
-    /// BrickClasses of `bricks`, where `class` tells that of a range of stored values.
+    /// Classes of `bricks`; `class` gives the class of a range of stored values.
     pub(crate) fn new(bricks: &Bricks, class: impl Fn(f64, f64) -> u8 + Sync) -> Self {
         let classes: Vec<u8> = bricks.ranges.par_iter().map(|&(lo, hi)| class(f64::from(lo), f64::from(hi))).collect();
         let shown = classes.par_iter().filter(|&&c| c > 0).count();

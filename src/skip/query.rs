@@ -20,8 +20,8 @@ pub(crate) struct BoxQuery<'w> {
 }
 
 impl<'w> BoxQuery<'w> {
-    /// `count` boxes: `at` and `step` in cells. `beside` tells that they are a brick larger than windows at most; others are looked at as if they
-    /// held anything.
+    /// `count` boxes: `at` and `step` in cells. `beside` tells that they are at most a brick larger than windows; larger ones count as
+    /// visible.
     pub(crate) fn new(windows: &'w Windows, (at, step): ([f64; 8], [f64; 8]), count: usize, beside: bool) -> Self {
         let per_cell = 1.0 / windows.cells as f64;
         let slack = |i: usize| if i < 4 { -windows.slack } else { windows.slack };

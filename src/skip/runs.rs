@@ -33,7 +33,7 @@ impl Runs {
         let (w, h) = (f64::from(stack.view.width), f64::from(stack.view.height));
         let along = |f: &HalfSpace, x: f64, y: f64| (f.g + if stack.perspective { f.b * x + f.c * y } else { 0.0 }).abs() * stack.spacing;
         let cells = stack.index.iter().map(|f| along(f, 0.5 * w, 0.5 * h)).fold(0.0, f64::max);
-        // No frame has more.
+        // No frame has more slices than this.
         let thin = ((THIN / cells) as i64).min(MAX_SLICES as i64);
         let slices = match thin {
             _ if !merge => thin.max(1),

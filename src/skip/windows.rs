@@ -109,7 +109,7 @@ fn widen(classes: &mut [u8], [dx, dy, dz]: [usize; 3], axis: usize, step: usize,
     }
 }
 
-/// BrickClasses as a frame looks at them.
+/// The skip table: greatest classes of windows of fine bricks and of coarse ones.
 #[derive(Debug, Clone)]
 pub(crate) struct SkipTable {
     /// Whether anything shows anywhere.

@@ -1,4 +1,4 @@
-//! Voxels that are no numbers, or numbers at the ends of their type.
+//! Voxels that are NaN or infinite, or numbers at the ends of their type.
 
 use super::oracle::{Oracle, slab};
 use super::{PARALLEL, WIDE, difference, fill, oblique, orbit, render, smooth, telling};

@@ -455,17 +455,6 @@ const STEPS = [
   { name: "Left out", title: "What this scene did not need", show: leftOutPanel },
 ];
 
-const STAGES = {
-  span: "is it covered, and how long is its piece of the ray?",
-  texcoord: "where in the volume does it lie?",
-  fetch: "which value is there?",
-  guard: "values that are no numbers are left out",
-  classify: "which colour and opacity has a slab of that value?",
-  correct: "opacity for the true length of its piece",
-  fog: "what is far takes the fog's colour",
-  mask: "fragments that are not covered become clear",
-  blend: "what the pixel has gathered with it",
-};
 const MEANINGS = { covered: "covered", length: "length of the piece, in slabs", cell: "cell", weight: "weights", value: "value", color: "C", alpha: "A", sum: scene.blend === "over" || scene.blend === "add" ? "pixel" : "kept", transmittance: "T" };
 // What a projection keeps, in the names of the step Blending.
 function keptWords(quantity, x) {
@@ -473,7 +462,7 @@ function keptWords(quantity, x) {
   if (scene.blend === "add") return [`opacity ${num(x)}`];
   return scene.blend === "iso" || scene.blend === "lmip" ? [x > 0 ? "looking on" : "found"] : [];
 }
-// Every stage that ran on the slice, with what it set: whatever stages there are.
+// Every stage that ran on the slice, what it does in its own words, and what it set: whatever stages there are.
 function fragmentList(place) {
   const { pixel, i } = place;
   if (i < 0) return [passed(place)];
@@ -489,7 +478,7 @@ function fragmentList(place) {
       else if (quantity === "value") said.push("value " + num(toData(x), 6));
       else said.push(`${MEANINGS[quantity]} ${quantity === "alpha" || quantity === "transmittance" ? "= " : ""}${Array.isArray(x) ? list(x, 4) : num(x, 5)}`);
     }
-    if (said.length) rows.push(make("dt", {}, stage.name), make("dd", {}, STAGES[stage.name] ? text("div", STAGES[stage.name], { class: "soft" }) : null, said.flatMap((s, n) => (n ? [make("br", {}), s] : [s]))));
+    if (said.length) rows.push(make("dt", {}, stage.name), make("dd", {}, text("div", stage.about, { class: "soft" }), said.flatMap((s, n) => (n ? [make("br", {}), s] : [s]))));
   }
   return [make("dl", {}, rows)];
 }

@@ -69,7 +69,7 @@ impl<'f, 'v, W: Observer> March<'_, 'f, 'v, W> {
     /// Slices `from..end` of a coarse run that ends before `to`, each on its own.
     fn one_by_one(&mut self, from: i64, end: i64, to: i64) -> bool {
         let mut classes = [u8::MAX; BOXES];
-        // A look at thick slabs three at a time tells little of each.
+        // The class of a run of three thick slabs says little about one of them, so each is asked about.
         if let (Some(skip_table), true) = (self.work.skip_table, self.work.runs.thick) {
             self.work.query_boxes(&self.transform, &skip_table.fine, (from, 1), (end - from) as usize, &mut classes);
         }
@@ -89,7 +89,7 @@ impl<'f, 'v, W: Observer> March<'_, 'f, 'v, W> {
 
     /// Whether a change of colour and opacity is below `most` behind what the block's pixels have gathered.
     fn hardly_shows(&mut self, change: f32, most: f32) -> bool {
-        // No pixel lets more than all light through.
+        // Transmittance is at most 1, so a change below the limit needs no weighting.
         if change <= most {
             return true;
         }

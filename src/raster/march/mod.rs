@@ -60,7 +60,7 @@ pub(super) fn march<W: Observer>(
     };
     if !slices.is_empty() {
         march.slices(slices.start, slices.end, &mut looked);
-        // A part of the slices leaves the way to the rays' exits for later.
+        // Where only the first slices are rendered, the pieces up to the rays' exits are left out.
         if let (Some(pairs), true) = (work.pairs, slices.end > range.any.1) {
             march.after_pairs(pairs);
         }
@@ -96,7 +96,7 @@ pub(super) struct March<'m, 'f, 'v, W> {
 impl<'f, 'v, W: Observer> March<'_, 'f, 'v, W> {
     /// Slices `from..to` in the scene's order, but for those on which nothing shows.
     fn slices(&mut self, from: i64, to: i64, looked: &mut Coarse) {
-        // Where everything shows there is nothing to look for; but what becomes one has to be looked at.
+        // Where something shows in every brick no query is needed, unless slabs may be merged.
         let Some(skip_table) = self.work.skip_table.filter(|skip_table| !skip_table.all || self.work.merging.is_some()) else {
             self.run(from, to);
             return;
@@ -186,7 +186,7 @@ impl<'f, 'v, W: Observer> March<'_, 'f, 'v, W> {
         true
     }
 
-    /// As [`March::slice`], for those who do so here and there: the plain march has that to itself.
+    /// As [`March::slice`], but not inlined: for callers off the plain march, which alone has it inlined.
     #[inline(never)]
     pub(super) fn one(&mut self, k: i64, frame: &'f Frame<'v>) {
         self.slice(k, frame);

@@ -90,7 +90,7 @@ impl<'v, W: Observer> March<'_, '_, 'v, W> {
         for j in from..k {
             self.batch.slice = j as i32;
             self.transform.place(self.work.sampled(j), self.work.frame, self.batch);
-            // Rays that have not begun need nothing from before.
+            // A ray that enters at this slice or later needs no earlier values.
             let rows = if j >= self.range.whole.0 && j <= self.range.whole.1 { live } else { live & self.covered_rows() };
             self.batch.rows = rows;
             self.counters.fetches += u64::from(rows.count_ones()) * SIDE as u64;

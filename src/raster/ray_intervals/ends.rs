@@ -67,7 +67,7 @@ impl Crossings {
         let mut kept = 0;
         for i in 0..self.len.min(SIDES) {
             let side = self.sides[i];
-            // The kernel's positions are off by less.
+            // The margin is larger than the kernel's rounding error.
             let matters = if side.enters { side.inmost >= latest - 4.0 * self.error } else { side.inmost <= earliest + 4.0 * self.error };
             if matters {
                 self.sides[kept] = side;
@@ -207,7 +207,7 @@ impl Kernel<Crossings, PixelBlock> for RayEnds {
         for r in 0..SIDE {
             let (entry, exit) = if w.perspective { ends::<L, true>(w, r) } else { ends::<L, false>(w, r) };
             let hit = L::le_d(entry, L::add_d(exit, error)) & (w.inside >> (8 * r)) as u8;
-            // Rays that miss may be anywhere: conversions want a range.
+            // A ray that misses may have any position; conversion to integers needs a limited range.
             let (entry, exit) = (L::min_d(entry, L::splat_d(w.count + 1.0)), L::max_d(exit, L::splat_d(-2.0)));
             let (near, near_d, entry_close) = nearest::<L>(entry, error);
             let after = L::from_bits(L::lt_d(near_d, entry));

@@ -116,7 +116,7 @@ pub(crate) fn sample(
         if next > MOST * first {
             return Ok(Sampled::Unsure);
         }
-        // Where so many slices do not do, another method may.
+        // Where this many slices do not reach the error, another method may.
         if next == 8 * first && other(*finest, &mask, sampled)? {
             return Ok(Sampled::Other);
         }

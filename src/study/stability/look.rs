@@ -15,7 +15,7 @@ use glam::DVec3;
 #[derive(Debug)]
 pub(super) struct Descent {
     before: [f32; BATCH],
-    /// Transmittances that rose, left [0,1] or were no number.
+    /// Transmittances that rose, left [0,1] or were NaN.
     pub(super) broken: u64,
     /// Transmittances looked at.
     pub(super) seen: u64,
@@ -39,7 +39,7 @@ impl Observer for Descent {
     fn stage(&mut self, id: StageId, _: &Frame<'_>, batch: &Batch) {
         if id == StageId::Blend {
             for (before, &t) in self.before.iter_mut().zip(&batch.pixels.transmittance) {
-                // Also false for what is no number.
+                // Also false for NaN.
                 let falls = t <= *before && (0.0..=1.0).contains(&t);
                 self.broken += u64::from(!falls);
                 *before = t;

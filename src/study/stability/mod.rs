@@ -1,6 +1,6 @@
 //! What is promised in extreme cases, and what was measured: small pictures, each checked against the reference in f64.
 //!
-//! Every picture is watched while it is made: no pixel's transmittance may rise from slice to slice, leave `[0,1]` or be no number.
+//! Every picture is watched while it is made: no pixel's transmittance may rise from slice to slice, leave `[0,1]` or be NaN.
 
 mod counts;
 mod look;

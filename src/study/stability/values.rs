@@ -1,4 +1,4 @@
-//! Values at the ends of their types, values that are no numbers, and transfer functions one table entry wide.
+//! Values at the ends of their types, values that are NaN, and transfer functions one table entry wide.
 
 use super::Row;
 use super::look::{Bench, Bound, Case, fade, filled, looking, scene};
