@@ -4,7 +4,7 @@ use super::batch::Batch;
 use super::frame::Frame;
 use crate::lanes::{BATCH, CornerPairs, Kernel, Lanes, for_rows, row, row_mut, spread};
 use crate::volume::packed::{self, Packed};
-use crate::volume::{Voxels, with_voxels};
+use crate::volume::{VoxelSlices, with_slices};
 
 /// 8-bit voxels, two neighbours along x a load.
 pub(crate) struct FetchPairs8;
@@ -172,11 +172,11 @@ impl<'v> Kernel<Frame<'v>, Batch> for FetchPairs8 {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
         match frame.sample.voxels {
-            Voxels::U8(v) => {
+            VoxelSlices::U8(v) => {
                 batch.geometry.cells.pairs8::<L>(v, &batch.sample.offset, batch.rows, &mut batch.rare.pairs8);
                 rows8::<L, false>(batch);
             }
-            Voxels::I8(v) => {
+            VoxelSlices::I8(v) => {
                 batch.geometry.cells.pairs8::<L>(bytemuck::cast_slice(v), &batch.sample.offset, batch.rows, &mut batch.rare.pairs8);
                 rows8::<L, true>(batch);
             }
@@ -191,7 +191,7 @@ impl<'v> Kernel<Frame<'v>, Batch> for FetchPacked8 {
         let Some(Packed { pairs: packed::PackedPairs::Of8(packed), .. }) = frame.sample.packed else {
             unreachable!("the plan chose packed lookups for voxels that are not");
         };
-        if matches!(frame.sample.voxels, Voxels::I8(_)) {
+        if matches!(frame.sample.voxels, VoxelSlices::I8(_)) {
             packed8::<L, true>(frame, packed, batch);
         } else {
             packed8::<L, false>(frame, packed, batch);
@@ -203,11 +203,11 @@ impl<'v> Kernel<Frame<'v>, Batch> for FetchPairs16 {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
         match frame.sample.voxels {
-            Voxels::U16(v) => {
+            VoxelSlices::U16(v) => {
                 batch.geometry.cells.pairs16::<L>(v, &batch.sample.offset, batch.rows, &mut batch.sample.pairs16);
                 rows16::<L, false>(batch);
             }
-            Voxels::I16(v) => {
+            VoxelSlices::I16(v) => {
                 batch.geometry.cells.pairs16::<L>(bytemuck::cast_slice(v), &batch.sample.offset, batch.rows, &mut batch.sample.pairs16);
                 rows16::<L, true>(batch);
             }
@@ -222,7 +222,7 @@ impl<'v> Kernel<Frame<'v>, Batch> for FetchPacked16 {
         let Some(Packed { pairs: packed::PackedPairs::Of16(packed), .. }) = frame.sample.packed else {
             unreachable!("the plan chose packed lookups for voxels that are not");
         };
-        if matches!(frame.sample.voxels, Voxels::I16(_)) {
+        if matches!(frame.sample.voxels, VoxelSlices::I16(_)) {
             packed16::<L, true>(frame, packed, batch);
         } else {
             packed16::<L, false>(frame, packed, batch);
@@ -234,13 +234,13 @@ impl<'v> Kernel<Frame<'v>, Batch> for FetchPairs32 {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
         let bits: &[u32] = match frame.sample.voxels {
-            Voxels::F32(v) => bytemuck::cast_slice(v),
-            Voxels::I32(v) => bytemuck::cast_slice(v),
-            Voxels::U32(v) => v,
+            VoxelSlices::F32(v) => bytemuck::cast_slice(v),
+            VoxelSlices::I32(v) => bytemuck::cast_slice(v),
+            VoxelSlices::U32(v) => v,
             _ => unreachable!("the plan chose 32-bit lookups for other voxels"),
         };
         batch.geometry.cells.pairs32::<L>(bits, &batch.sample.offset, batch.rows, &mut batch.rare.corners);
-        if matches!(frame.sample.voxels, Voxels::F32(_)) {
+        if matches!(frame.sample.voxels, VoxelSlices::F32(_)) {
             rows32::<L, false>(batch);
         } else {
             rows32::<L, true>(batch);
@@ -269,7 +269,7 @@ impl<'v, const FAR: bool> Kernel<Frame<'v>, Batch> for FetchNearest<FAR> {
             let [sx, sy, sz] = frame.sample.strides;
             step[i] = upper(&batch.sample.weight[0], i, sx) + upper(&batch.sample.weight[1], i, sy) + upper(&batch.sample.weight[2], i, sz);
         }
-        with_voxels!(frame.sample.voxels, v => {
+        with_slices!(frame.sample.voxels, v => {
             let offset = |i: usize| if FAR { batch.rare.far_offset[i] as usize } else { batch.sample.offset[i] as usize };
             batch.geometry.cells.each(v, lanes, |i| offset(i) + step[i], frame.sample.to_f32, &mut batch.sample.value);
         });
@@ -282,7 +282,7 @@ pub(crate) struct FetchCorners<const FAR: bool>;
 impl<'v, const FAR: bool> Kernel<Frame<'v>, Batch> for FetchCorners<FAR> {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
-        with_voxels!(frame.sample.voxels, v => {
+        with_slices!(frame.sample.voxels, v => {
             if FAR {
                 batch.geometry.cells.far_corners(v, &batch.rare.far_offset, frame.sample.to_f32, &mut batch.rare.corners);
             } else {

@@ -3,7 +3,7 @@
 use super::OptionalFrame;
 use crate::lanes::{LookupTable, ToF32};
 use crate::scene::{FogMode, FogWeighting, Scene};
-use crate::volume::Voxels;
+use crate::volume::VoxelSlices;
 use crate::volume::packed::Packed;
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use std::sync::Arc;
 #[derive(Debug, Clone)]
 pub(crate) struct SampleFrame<'v> {
     /// The voxels.
-    pub(crate) voxels: &'v Voxels,
+    pub(crate) voxels: VoxelSlices<'v>,
     /// The voxels packed with their neighbours along y, where lookups read those.
     pub(crate) packed: Option<&'v Packed>,
     /// Distance to the next voxel along each axis, in voxels of what lookups read; 0 along axes of one voxel.

@@ -31,7 +31,7 @@ fn frame<'v>(voxels: &'v Voxels, n: &mut Numbers, mode: FogMode, weighted: bool)
     let colors: Vec<[f32; 4]> = (0..64).map(|_| std::array::from_fn(|_| n.unit32())).collect();
     Frame {
         sample: SampleFrame {
-            voxels,
+            voxels: voxels.slices(),
             packed: None,
             strides: [1, DIMS[0], DIMS[0] * DIMS[1]],
             far: false,

@@ -158,7 +158,7 @@ fn sample_frame<'v>(volume: &'v Volume, data: &'v VolumeData, needs: &Needs, loo
     let stride = |n: usize, stride: usize| if n > 1 { stride } else { 0 };
     let kind = volume.voxels().voxel_type();
     SampleFrame {
-        voxels: volume.voxels(),
+        voxels: volume.voxels().slices(),
         packed,
         strides: [stride(nx, 1), stride(ny, row), stride(nz, layer)],
         far: needs.far,

@@ -20,8 +20,8 @@ pub use grid::{BoxConvention, Grid, Space};
 #[cfg(feature = "formats")]
 pub use source::{Origin, VolumeSource};
 pub use stats::{HISTOGRAM_BINS, Statistics};
-pub(crate) use voxels::with_voxels;
 pub use voxels::{Voxel, VoxelType, Voxels};
+pub(crate) use voxels::{VoxelSlices, with_slices, with_voxels};
 
 use crate::{Error, Result};
 use bricks::Bricks;

@@ -168,7 +168,51 @@ macro_rules! with_voxels {
 }
 pub(crate) use with_voxels;
 
+/// The numbers of [`Voxels`] as slices, wherever they lie: found out once a frame, so that lookups need not ask.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum VoxelSlices<'v> {
+    U8(&'v [u8]),
+    I8(&'v [i8]),
+    U16(&'v [u16]),
+    I16(&'v [i16]),
+    U32(&'v [u32]),
+    I32(&'v [i32]),
+    F32(&'v [f32]),
+    F64(&'v [f64]),
+}
+
+/// As [`with_voxels`], for [`VoxelSlices`].
+macro_rules! with_slices {
+    ($slices:expr, $slice:ident => $body:expr) => {
+        match $slices {
+            $crate::volume::VoxelSlices::U8($slice) => $body,
+            $crate::volume::VoxelSlices::I8($slice) => $body,
+            $crate::volume::VoxelSlices::U16($slice) => $body,
+            $crate::volume::VoxelSlices::I16($slice) => $body,
+            $crate::volume::VoxelSlices::U32($slice) => $body,
+            $crate::volume::VoxelSlices::I32($slice) => $body,
+            $crate::volume::VoxelSlices::F32($slice) => $body,
+            $crate::volume::VoxelSlices::F64($slice) => $body,
+        }
+    };
+}
+pub(crate) use with_slices;
+
 impl Voxels {
+    /// The numbers as slices.
+    pub(crate) fn slices(&self) -> VoxelSlices<'_> {
+        match self {
+            Self::U8(v) => VoxelSlices::U8(v),
+            Self::I8(v) => VoxelSlices::I8(v),
+            Self::U16(v) => VoxelSlices::U16(v),
+            Self::I16(v) => VoxelSlices::I16(v),
+            Self::U32(v) => VoxelSlices::U32(v),
+            Self::I32(v) => VoxelSlices::I32(v),
+            Self::F32(v) => VoxelSlices::F32(v),
+            Self::F64(v) => VoxelSlices::F64(v),
+        }
+    }
+
     /// Number of voxels.
     pub fn len(&self) -> usize {
         with_voxels!(self, v => v.len())
