@@ -264,7 +264,10 @@ fn steady(renderer: &mut Renderer, scene: &Scene, pixel: Option<(u32, u32)>) -> 
         return Err(Error::invalid("the profile opengl draws without the stages that are explained here; choose accurate"));
     }
     let mut notes = Vec::new();
-    let mut scene = scene.clone();
+    let mut scene = scene.blended();
+    if scene.linear_light() {
+        notes.push("Colours are blended as amounts of light: those on this page are such amounts, the picture's are sRGB.".to_owned());
+    }
     if scene.method().extrapolate {
         let method = Method { extrapolate: false, ..scene.method() };
         scene = scene.with_method(method)?;

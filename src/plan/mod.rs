@@ -27,7 +27,6 @@ use crate::classify::{Classify, Slab};
 use crate::fragment::project::NOTHING;
 use crate::fragment::{BlendFrame, ColorFrame, Frame, OptionalFrame, SampleFrame};
 use crate::lanes::{Level, LookupTable};
-use crate::lean::extra;
 use crate::proxy::{Domain, Stack};
 use crate::scene::{Blend, Fog, FogDistance, SampleAt, Scene};
 use crate::skip::{Runs, SkipTable};
@@ -141,12 +140,6 @@ impl<'v> FramePlan<'v> {
     /// Whether fog goes by the distance from the eye.
     pub(crate) fn radial(&self) -> bool {
         self.needs.fog == Some(FogDistance::Radial)
-    }
-
-    /// Fog, in builds that have it.
-    #[inline(always)]
-    pub(crate) fn fog(&self) -> Option<&Fog> {
-        extra(self.fog.as_ref())
     }
 }
 

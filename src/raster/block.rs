@@ -6,6 +6,7 @@ use super::observer::Observer;
 use super::ray_intervals::{BlockRange, RayIntervals};
 use super::work::Work;
 use crate::fragment::Batch;
+use crate::lean::extra;
 use crate::scene::Order;
 use crate::skip::{BOXES, BoxClasses, SHOWN, SkipTable};
 use crate::tally::Counters;
@@ -71,7 +72,7 @@ pub(crate) fn render<O: Observer>(
     observer: &mut O,
 ) -> Outcome {
     // Observers see the rays' ends, and slabs between slices begin and end there.
-    let range = if O::OBSERVES || work.pairs.is_some() {
+    let range = if O::OBSERVES || extra(work.pairs).is_some() {
         intervals.block(x0, y0, inside, &mut batch.pixels)
     } else {
         intervals.range(x0, y0, inside, &mut batch.pixels)

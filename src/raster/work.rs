@@ -4,7 +4,6 @@ use super::block_transform::BlockTransform;
 use super::ray_intervals::RayIntervals;
 use crate::fragment::{Frame, Stage};
 use crate::lanes::{BATCH, Kernel, Lanes, Level, SIDE, row};
-use crate::lean::extra;
 use crate::plan::{EndPieces, FramePlan, Merging, PairStages};
 use crate::proxy::{Domain, Stack};
 use crate::scene::{Fog, Order};
@@ -48,7 +47,7 @@ impl<'f, 'v> Work<'f, 'v> {
         Self {
             frame: &plan.frame,
             stack: &plan.stack,
-            fog: plan.fog(),
+            fog: plan.fog.as_ref(),
             order: plan.needs.order,
             skip_table: plan.skip_table.as_deref(),
             runs: plan.runs,
@@ -60,8 +59,8 @@ impl<'f, 'v> Work<'f, 'v> {
             compensated: plan.needs.compensated,
             ends: plan.needs.ends,
             radial: plan.radial(),
-            pairs: extra(plan.stages.pairs.as_ref()),
-            merging: extra(plan.merging.as_ref()),
+            pairs: plan.stages.pairs.as_ref(),
+            merging: plan.merging.as_ref(),
             let_through: level.kernel::<LetThrough, _, _>(),
             sample: plan.sample,
             level,

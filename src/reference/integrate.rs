@@ -3,7 +3,7 @@
 use super::field::{Corners, corners, cubic};
 use super::panel::{DARK, Distance, Gathered, Haze, Piece, PieceFog, Quadrature};
 use super::segments::Segments;
-use crate::scene::{Blend, Fog, FogDistance, FogMode, FogWeighting, Premultiplied, Scene, StageId, View};
+use crate::scene::{Blend, Fog, FogDistance, FogMode, FogWeighting, Premultiplied, Scene, StageId, Straight, TransferFunction, View};
 use crate::volume::Volume;
 use crate::{Error, Result};
 use glam::DVec3;
@@ -50,6 +50,8 @@ pub struct Integrator<'a> {
     fog: Option<Fog>,
     background: Premultiplied,
     opacity_unit: f64,
+    /// Whether colours are integrated as amounts of light, and pixels turned back into sRGB numbers.
+    linear_light: bool,
     quadrature: Quadrature,
 }
 
@@ -64,16 +66,30 @@ impl<'a> Integrator<'a> {
         if scene.blend() != Blend::Over {
             return Err(Error::invalid("render blend: there is a reference for \"over\" alone, projections have none"));
         }
-        let fog = follow(scene)?;
+        let mut fog = follow(scene)?;
+        let mut transfer = scene.transfer().clone();
+        let mut background = background(scene);
+        if scene.linear_light() {
+            let color = transfer.color().iter().map(|&(value, rgb)| (value, rgb.map(light_of))).collect();
+            transfer = TransferFunction::new(color, transfer.opacity().to_vec())?;
+            if let Some(display) = fog {
+                let color = display.color().map(light_of);
+                fog = Some(Fog::new(display.mode(), color)?.with_distance(display.distance()).with_weighting(display.weighting()));
+            }
+            let straight = scene.background();
+            let lit = Straight { rgb: straight.rgb.map(light_of), alpha: straight.alpha };
+            background = fogged(lit.premultiply(), fog.filter(|_| scene.fogged_background()).as_ref());
+        }
         let (width, height) = scene.size();
         Ok(Self {
             volume,
             view: scene.camera().resolve(volume.grid(), width, height)?,
-            segments: Segments::new(scene.transfer()),
+            segments: Segments::new(&transfer),
             planes: scene.clip_planes().iter().map(|p| (p.normal(), p.offset())).collect(),
             fog,
-            background: background(scene),
+            background,
             opacity_unit: scene.transfer().opacity_length(volume.grid()),
+            linear_light: scene.linear_light(),
             quadrature: Quadrature::new(),
         })
     }
@@ -86,7 +102,8 @@ impl<'a> Integrator<'a> {
     /// The colour of the pixel in column `x` and row `y` over the scene's background, and the ray it comes from.
     pub fn pixel(&self, x: u32, y: u32) -> (Premultiplied, RayResult) {
         let ray = self.ray(f64::from(x) + 0.5, f64::from(y) + 0.5);
-        (ray.over(self.background), ray)
+        let color = ray.over(self.background);
+        (if self.linear_light { in_srgb(color) } else { color }, ray)
     }
 
     /// The integral along the ray through window position (x,y).
@@ -323,15 +340,32 @@ fn haze(fog: &Fog, z: f64) -> Haze {
 
 /// The scene's background, in the fog of the greatest distance where it asks for that.
 fn background(scene: &Scene) -> Premultiplied {
-    let plain = scene.background().premultiply();
-    match scene.fog() {
-        Some(fog) if scene.fogged_background() => {
+    fogged(scene.background().premultiply(), scene.fog().filter(|_| scene.fogged_background()))
+}
+
+/// A colour as seen through the greatest distance of `fog`.
+fn fogged(plain: Premultiplied, fog: Option<&Fog>) -> Premultiplied {
+    match fog {
+        Some(fog) => {
             let f = fog.factor(f64::MAX);
             let rgb = std::array::from_fn(|i| f * plain.rgb[i] + (1.0 - f) * plain.alpha * fog.color()[i]);
             Premultiplied { rgb, alpha: plain.alpha }
         }
-        _ => plain,
+        None => plain,
     }
+}
+
+/// The amount of light of an sRGB number (IEC 61966-2-1).
+fn light_of(number: f64) -> f64 {
+    if number > 0.04045 { libm::pow((number + 0.055) / 1.055, 12.0 / 5.0) } else { number / 12.92 }
+}
+
+/// A premultiplied colour of amounts of light, its straight components as sRGB numbers.
+fn in_srgb(color: Premultiplied) -> Premultiplied {
+    let number = |light: f64| if light > 0.003_130_8 { 1.055 * libm::exp(libm::log(light) / 2.4) - 0.055 } else { light * 12.92 };
+    let alpha = color.alpha;
+    let rgb = color.rgb.map(|c| if alpha > 0.0 { alpha * number((c / alpha).clamp(0.0, 1.0)) } else { 0.0 });
+    Premultiplied { rgb, alpha }
 }
 
 #[cfg(test)]

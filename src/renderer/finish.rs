@@ -2,7 +2,7 @@
 
 use super::{Drawn, RenderStats};
 use crate::raster::Finish;
-use crate::scene::{Blend, Fog, FogWeighting, Method, Premultiplied, Scene, SlabForm, Straight};
+use crate::scene::{Blend, Fog, FogWeighting, Method, Premultiplied, Scene, SlabForm, Straight, to_display};
 use crate::volume::Volume;
 use std::array;
 
@@ -31,8 +31,13 @@ enum Most {
 
 /// Layers become pictures over the scene's background.
 pub(crate) struct OverBackground {
+    /// What is behind, premultiplied, in the numbers that layers have.
     background: [f32; 4],
+    /// The same as a pixel of a picture.
+    nothing: [f32; 4],
     most: Most,
+    /// Whether layers hold amounts of light, and pictures sRGB.
+    light: bool,
 }
 
 impl OverBackground {
@@ -47,13 +52,15 @@ impl OverBackground {
             Blend::Over if !literal => Most::Bounded(1.0),
             _ => Most::Bounded(f32::INFINITY),
         };
-        Self { background: [r, g, b, alpha as f32], most }
+        let background = [r, g, b, alpha as f32];
+        let light = scene.linear_light();
+        Self { background, nothing: if light { displayed(background) } else { background }, most, light }
     }
 }
 
 impl Finish for OverBackground {
     fn nothing(&self) -> [f32; 4] {
-        self.background
+        self.nothing
     }
 
     fn pixel(&self, layer: [f32; 4]) -> [f32; 4] {
@@ -86,7 +93,17 @@ impl Finish for OverBackground {
                 }
             }
         }
+        if self.light {
+            out.iter_mut().for_each(|pixel| *pixel = displayed(*pixel));
+        }
     }
+}
+
+/// A premultiplied colour of amounts of light as one of sRGB numbers.
+fn displayed([r, g, b, alpha]: [f32; 4]) -> [f32; 4] {
+    let a = f64::from(alpha);
+    let turn = |c: f32| if a > 0.0 { (to_display((f64::from(c) / a).clamp(0.0, 1.0)) * a) as f32 } else { 0.0 };
+    [turn(r), turn(g), turn(b), alpha]
 }
 
 /// The background, fogged as from infinitely far where the scene asks for it.

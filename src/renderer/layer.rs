@@ -102,7 +102,7 @@ impl Layer {
             let ((w, h), (v, g)) = (self.picture, scene.size());
             return Err(Error::invalid(format!("a layer of {w} x {h} pixels in a picture of {v} x {g}")));
         }
-        let over = finish::OverBackground::new(scene, &crate::plan::method(scene));
+        let over = finish::OverBackground::new(&scene.blended(), &crate::plan::method(scene));
         let mut all = vec![over.nothing(); self.picture.0 as usize * self.picture.1 as usize];
         self.put(&mut all, |front, there| if front == NOTHING { there } else { over.pixel(front) });
         Ok(Picture::new(self.picture.0, self.picture.1, all))
@@ -134,6 +134,7 @@ impl Renderer {
     /// As [`Renderer::render`]; [`Error::Invalid`] for scenes without layers: of the profile `opengl`, to a tolerance, extrapolated.
     pub fn render_layer(&mut self, scene: &Scene) -> Result<Layer> {
         check(scene, "a layer")?;
+        let scene = &scene.blended();
         let size = scene.size();
         let pixels = self.pooled(|r| {
             let mut pixels = canvas(size.0, size.1)?;
@@ -171,6 +172,7 @@ impl Renderer {
         if held != told {
             return Err(Error::invalid(format!("domain: voxels {told:?} along x, y, z: the volume has {held:?}")));
         }
+        let scene = &scene.blended();
         let size = scene.size();
         let pixels = self.pooled(|r| {
             let mut pixels = canvas(size.0, size.1)?;

@@ -220,6 +220,7 @@ impl Renderer {
             return Err(Error::invalid("tile 0: a tile has at least one pixel"));
         }
         let clock = Clock::default();
+        let scene = &scene.blended();
         let (width, height) = scene.size();
         let view = scene.camera().resolve(self.volume.grid(), width, height)?;
         let mut job = RenderJob { scene, view, clock, observer, output: Output::Picture };

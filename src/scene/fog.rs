@@ -77,6 +77,12 @@ impl Fog {
         Ok(Self { mode, color, distance: FogDistance::Planar, weighting: FogWeighting::Alpha })
     }
 
+    /// The same fog with each component of its colour turned into another within `[0,1]`.
+    pub(super) fn with_color_turned(mut self, turn: impl Fn(f64) -> f64) -> Self {
+        self.color = self.color.map(|c| turn(c).clamp(0.0, 1.0));
+        self
+    }
+
     /// The same fog by another distance.
     #[must_use]
     pub fn with_distance(mut self, distance: FogDistance) -> Self {

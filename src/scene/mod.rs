@@ -7,6 +7,7 @@ mod colormap;
 #[cfg(feature = "scene-file")]
 mod file;
 mod fog;
+mod light;
 mod method;
 mod opengl;
 mod phantom_transfer;
@@ -34,6 +35,8 @@ pub use stage::{Fits, Quantity, StageId, StageInfo, StageOption};
 pub use transfer::TransferFunction;
 
 use crate::{Error, Result};
+use light::Light;
+pub(crate) use light::to_display;
 
 /// Most slices of one picture.
 pub const MAX_SLICES: u64 = 1 << 24;
@@ -104,6 +107,7 @@ pub struct Scene {
     terminate: f32,
     fog: Option<Fog>,
     fog_background: bool,
+    light: Light,
     clip_planes: Vec<ClipPlane>,
     blend: Blend,
     method: Method,
@@ -124,6 +128,7 @@ impl Scene {
             terminate: 1.0 / 1024.0,
             fog: None,
             fog_background: false,
+            light: Light::Display,
             clip_planes: Vec::new(),
             blend: Blend::Over,
             method: Method::default(),
@@ -231,6 +236,16 @@ impl Scene {
         self
     }
 
+    /// Whether colours are blended as amounts of light instead of as the display's numbers: those of transfer function, background and fog
+    /// are taken for sRGB and turned into light, the picture's are turned back.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] together with the profile `opengl`, which blends the display's numbers.
+    pub fn with_linear_light(mut self, linear: bool) -> Result<Self> {
+        self.light = if linear { Light::ToBeLinear } else { Light::Display };
+        self.agreed()
+    }
+
     /// Whether the background takes the fog of infinite distance too.
     #[must_use]
     pub fn with_fogged_background(mut self, fogged: bool) -> Self {
@@ -313,6 +328,8 @@ impl Scene {
             if m.target == Target::Unorm16 {
                 return Err(Error::invalid("render target unorm16: is for the profile opengl"));
             }
+        } else if self.linear_light() {
+            return Err(Error::invalid("render linear_light: the profile opengl blends the display's numbers"));
         } else if m.is_pre_integrated() {
             return Err(Error::invalid("transfer classification: the profile opengl has post and pre"));
         } else if *m != plain {

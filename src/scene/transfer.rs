@@ -69,6 +69,12 @@ impl TransferFunction {
         self.unit.unwrap_or_else(|| grid.smallest_spacing())
     }
 
+    /// The same function with every colour point's red, green and blue turned into others within `[0,1]`.
+    pub(super) fn with_colors(&self, turn: impl Fn([f64; 3]) -> [f64; 3]) -> Self {
+        let color = self.color.iter().map(|&(value, rgb)| (value, turn(rgb).map(|c| c.clamp(0.0, 1.0)))).collect();
+        Self { color, ..self.clone() }
+    }
+
     /// Colour points: value, then red, green and blue.
     pub fn color(&self) -> &[(f64, [f64; 3])] {
         &self.color

@@ -7,6 +7,7 @@ mod closed;
 mod convergence;
 mod extremes;
 mod fog;
+mod light;
 mod merged;
 mod methods;
 mod oracle;

@@ -10,6 +10,7 @@ use super::ray_intervals::{BlockRange, RayIntervals};
 use super::work::Work;
 use crate::fragment::{Batch, Frame};
 use crate::lanes::{BATCH, SIDE, lanes_of, rows_of};
+use crate::lean::extra;
 use crate::scene::Order;
 use crate::skip::{BOXES, Runs, SHOWN};
 use crate::tally::Counters;
@@ -61,7 +62,7 @@ pub(super) fn march<W: Observer>(
     if !slices.is_empty() {
         march.slices(slices.start, slices.end, &mut looked);
         // Where only the first slices are rendered, the pieces up to the rays' exits are left out.
-        if let (Some(pairs), true) = (work.pairs, slices.end > range.any.1) {
+        if let (Some(pairs), true) = (extra(work.pairs), slices.end > range.any.1) {
             march.after_pairs(pairs);
         }
         if let Some(k) = march.ended {
@@ -97,7 +98,7 @@ impl<'f, 'v, W: Observer> March<'_, 'f, 'v, W> {
     /// Slices `from..to` in the scene's order, but for those on which nothing shows.
     fn slices(&mut self, from: i64, to: i64, looked: &mut Coarse) {
         // Where something shows in every brick no query is needed, unless slabs may be merged.
-        let Some(skip_table) = self.work.skip_table.filter(|skip_table| !skip_table.all || self.work.merging.is_some()) else {
+        let Some(skip_table) = self.work.skip_table.filter(|skip_table| !skip_table.all || extra(self.work.merging).is_some()) else {
             self.run(from, to);
             return;
         };
@@ -114,7 +115,7 @@ impl<'f, 'v, W: Observer> March<'_, 'f, 'v, W> {
             }
             let runs = first / slices..(end - 1) / slices + 1;
             let count = (runs.end - runs.start) as usize;
-            let merging = self.work.merging;
+            let merging = extra(self.work.merging);
             // Where something shows in every brick, it does on every run.
             let mut classes = [1; BOXES];
             if held != SHOWN || merging.is_some() {
@@ -244,7 +245,7 @@ impl<'f, 'v, W: Observer> March<'_, 'f, 'v, W> {
     /// One slice through the stages, by the numbers of `frame`.
     #[inline(always)]
     fn slice(&mut self, k: i64, frame: &'f Frame<'v>) {
-        if let Some(pairs) = self.work.pairs {
+        if let Some(pairs) = extra(self.work.pairs) {
             self.before_pair(k, pairs);
         }
         let sampled = self.work.sampled(k);
@@ -259,7 +260,7 @@ impl<'f, 'v, W: Observer> March<'_, 'f, 'v, W> {
         let depth = work.stack.near + (k as f64 + if work.ends.between() { 0.0 } else { 0.5 }) * work.stack.spacing;
         batch.slice = k as i32;
         batch.depth = depth as f32;
-        if let Some(fog) = work.fog {
+        if let Some(fog) = extra(work.fog) {
             batch.fog.slice = fog.factor(depth) as f32;
         }
         self.counters.batches += 1;

@@ -9,6 +9,7 @@
 use super::March;
 use crate::fragment::{BEHIND, Batch, Frame};
 use crate::lanes::{BATCH, SIDE};
+use crate::lean::extra;
 use crate::plan::{EndPieces, PairStages};
 use crate::raster::block_transform::BlockTransform;
 use crate::raster::observer::Observer;
@@ -134,7 +135,7 @@ impl<'v, W: Observer> March<'_, '_, 'v, W> {
             let (x, y) = (self.window.0 + (i % SIDE) as f64, self.window.1 + (i / SIDE) as f64);
             let sure = self.batch.pixels.doubt >> i & 1 == 0;
             mask |= u64::from(first <= last && (sure || self.work.stack.covers(last as u64, x, y))) << i;
-            if let Some(fog) = self.work.fog {
+            if let Some(fog) = extra(self.work.fog) {
                 let middle = 0.5 * (lasts[i] + exits[i]);
                 let along = middle * f64::from(self.batch.pixels.slant[i]);
                 let z = if self.work.radial { (along * along + f64::from(self.batch.pixels.plane_squared[i])).sqrt() } else { middle };

@@ -159,7 +159,6 @@ impl SceneFile {
 impl Document {
     /// All of the scene that does not depend on the data, so that a mistake is found before a volume is loaded.
     fn before_data(&self, cx: &Context<'_>) -> Result<Scene> {
-        self.render.check_offered(cx)?;
         let scene = Scene::new(self.transfer.before_data(cx)?);
         let scene = self.frame(cx, scene).map_err(|e| cx.places.locate(e))?;
         Ok(scene.with_camera(self.camera.before_data(cx)?))

@@ -22,7 +22,7 @@ pub(super) struct RenderKeys {
     pub threshold: Option<f64>,
     /// iso: value of the surface.
     pub level: Option<f64>,
-    /// Whether colours are blended as linear light.
+    /// Whether colours (sRGB numbers) are blended as amounts of light, and the picture's turned back; false unless given.
     pub linear_light: Option<bool>,
 }
 
@@ -34,11 +34,6 @@ choices! {
 }
 
 impl RenderKeys {
-    /// Refuses what a scene file may have but no stage renders. Each line goes when its stage comes.
-    pub(super) fn check_offered(&self, cx: &Context<'_>) -> Result<()> {
-        cx.refuse(&[("render.linear_light", self.linear_light == Some(true))], "\"true\" is not offered yet")
-    }
-
     /// Whether the scene is drawn as OpenGL draws.
     pub(super) fn is_opengl(&self) -> bool {
         self.profile == Some(ProfileKey::Opengl)
@@ -58,6 +53,7 @@ impl RenderKeys {
         cx.refuse(&[("render.level", self.level.is_some() && kind != BlendKey::Iso)], "is for render.blend = \"iso\" alone")?;
         let merge = scene.method().merge;
         cx.refuse(&[("slices.merge", merge && kind != BlendKey::Over)], "is for render.blend = \"over\" alone")?;
+        let scene = scene.with_linear_light(self.linear_light == Some(true))?;
         scene.with_blend(match kind {
             BlendKey::Over => Blend::Over,
             BlendKey::Mip => Blend::Mip,
