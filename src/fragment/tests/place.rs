@@ -168,12 +168,18 @@ fn hold_parts<const FAR: bool>(n: &mut Numbers) {
     for _ in 0..300 {
         let dims = sides(n, 40, false);
         let (mut before, base) = place_block(n, dims, false);
+        // The base voxel lies below all fragments, unless the volume ends there.
+        for axis in (0..3).filter(|&axis| base[axis] > 0) {
+            let least = [0, 7, 56, 63].map(|i| coordinate(&before.geometry, axis, i).0).into_iter().fold(f64::MAX, f64::min);
+            before.geometry.origin[axis] += (0.01 - least.min(0.0)) as f32;
+        }
         let whole = before.clone();
         let mut held = [0; 3];
         for axis in 0..3 {
             // First and last cell of the part; offsets count from the one of them that is nearest to the base.
             let cells = dims[axis].saturating_sub(1).max(1) as u64;
-            let (a, b) = ((n.bits() % cells) as usize, (n.bits() % cells) as usize);
+            let mut some_or = |end: u64| if n.bits() % 2 == 0 { end as usize } else { (n.bits() % cells) as usize };
+            let (a, b) = (some_or(0), some_or(cells - 1));
             let (first, last) = (a.min(b), a.max(b));
             let own = base[axis].clamp(first, last);
             let g = &mut before.geometry;
@@ -192,11 +198,11 @@ fn hold_parts<const FAR: bool>(n: &mut Numbers) {
             for i in 0..BATCH {
                 let offset = if FAR { after.rare.far_offset[i] } else { after.sample.offset[i] as u64 };
                 hold_cell(&before, after, (offset, frame.sample.strides), before.geometry.floor, level, i);
-                // Where the part holds the cell, positions are those of the whole, to the bit. The base voxel lies below all of them.
+                // Where the part holds the cell, positions are those of the whole, to the bit.
                 let g = &before.geometry;
                 let holds = |a: usize| {
                     let (u, _) = coordinate(g, a, i);
-                    f64::from(g.floor[a]).max(0.0) + 1e-3 < u && u < f64::from(g.reach[a]) - 1e-3
+                    f64::from(g.floor[a]) + 1e-3 < u && u < f64::from(g.reach[a]) - 1e-3
                 };
                 if (0..3).all(holds) {
                     inside += 1;
