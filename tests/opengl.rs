@@ -106,7 +106,7 @@ fn a_framebuffer_of_8_bits_loses_a_thousand_thin_slices() {
 }
 
 fn warnings(scene: &Scene) -> Vec<String> {
-    Renderer::new(&ramp(), Settings::default()).render(scene).unwrap().1.warnings
+    Renderer::new(ramp(), Settings::default()).render(scene).unwrap().1.warnings
 }
 
 #[test]
@@ -148,7 +148,7 @@ fn a_framebuffer_that_is_no_premultiplied_picture_is_told() {
     // Colours that an opaque background stays under.
     let opaque = gl(&scene(transfer(), 20), OpenGl::straight_separate(), Target::Unorm8);
     assert!(warnings(&opaque).is_empty());
-    let stats = Renderer::new(&ramp(), Settings::default()).render(&opaque).unwrap().1;
+    let stats = Renderer::new(ramp(), Settings::default()).render(&opaque).unwrap().1;
     assert_eq!(stats.simd, "scalar");
 }
 
@@ -274,7 +274,7 @@ fn a_q_that_passes_through_0_is_refused() {
         let mut m = DMat4::IDENTITY;
         (m.x_axis.w, m.y_axis.w, m.z_axis.w, m.w_axis.w) = (q[0], q[1], q[2], q[3]);
         let scene = scene(constant([1.0; 3], 0.5), 4).with_opengl(OpenGl { texture_matrix: m, ..OpenGl::default() });
-        scene.and_then(|s| Renderer::new(&even(100), Settings::default()).render(&s)).map_err(|e| e.to_string())
+        scene.and_then(|s| Renderer::new(even(100), Settings::default()).render(&s)).map_err(|e| e.to_string())
     };
     let refusal = with([2.0, 0.0, 0.0, -1.0]).unwrap_err();
     assert!(refusal.contains("q runs from -1 to 1") && refusal.contains("texture_matrix"), "{refusal}");

@@ -15,7 +15,7 @@ const TERMINATE: f64 = 0.5;
 /// A renderer of one case with so many threads.
 pub(crate) struct Ours<'c> {
     case: &'c Case,
-    renderer: RefCell<Renderer<'c>>,
+    renderer: RefCell<Renderer>,
 }
 
 /// A way to a picture, and how good it is.

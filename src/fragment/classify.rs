@@ -5,7 +5,7 @@ use super::fetch;
 use super::frame::Frame;
 use crate::lanes::{Kernel, Lanes, Places, for_rows, row, row_mut};
 
-/// One linear lookup a fragment. `SPLIT` scales in two steps, for ranges whose scale leaves f32.
+/// One linear lookup a fragment. `SPLIT` scales in two steps, for ranges whose scale leaves f32. Values are finite: the guard comes before it.
 pub(crate) struct Classify<const SPLIT: bool>;
 
 /// Position in the table of a value, constant beyond the table's ends.

@@ -11,7 +11,7 @@ use crate::lanes::{BATCH, Kernel, Lanes, SIDE, for_rows, row_mut};
 /// Fills `weight` and `offset`, for batches whose cells lie within 2^24 voxels of the base voxel.
 pub(crate) struct Texcoord;
 
-/// Fills `weight` and `far_offset`, for batches that span more.
+/// Fills `weight` and `far_offset` of every lane, for batches that span more: far lookups read all of them.
 pub(crate) struct TexcoordFar;
 
 const NUMBERS: [f32; SIDE] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
@@ -99,7 +99,7 @@ impl<'v> Kernel<Frame<'v>, Batch> for TexcoordFar {
 }
 
 /// Fills `weight`, and `offset` or `far_offset`, for a part of a volume: positions are those of the whole, to the bit; lanes whose cells the
-/// part does not hold look up its border instead, and are masked out.
+/// part does not hold look up its border instead, and are masked out. Fills every lane.
 pub(crate) struct TexcoordPart<const FAR: bool>;
 
 impl<'v, const FAR: bool> Kernel<Frame<'v>, Batch> for TexcoordPart<FAR> {

@@ -6,7 +6,7 @@
 //! [`StageId`] without a wildcard, so that a stage without an answer there does not compile.
 //!
 //! To add a stage that scenes may ask for: a variant here with its [`StageInfo`], a setting in [`Scene`], its key in the scene file, its kernel
-//! in `fragment`, its twin in `reference`.
+//! in `fragment`, what the truth does about it in `reference`.
 
 use super::{FogWeighting, Scene};
 
@@ -69,7 +69,7 @@ pub enum Fits {
     No(&'static str),
 }
 
-/// Everything about a stage but its kernel and its twin.
+/// Everything about a stage but its kernel.
 #[derive(Debug, Clone, Copy)]
 #[non_exhaustive]
 pub struct StageInfo {

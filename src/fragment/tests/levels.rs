@@ -1,0 +1,166 @@
+//! A kernel gives the same bits at every vector level of the machine: what decides which level runs decides nothing of a picture.
+//!
+//! All levels run the same generic code. A mistake in that code is in all of them, and these tests pass; the twins beside this file are there to
+//! find it.
+
+use super::*;
+
+/// Everything a stage may write, as bits.
+fn bits(b: &Batch) -> Vec<u64> {
+    Part::ALL.into_iter().flat_map(|part| part.bits(b)).collect()
+}
+
+/// Runs stage `K` after those that it needs, at every level, and asks for the bits that it gives one number at a time.
+fn levels_agree<K: for<'v> Kernel<Frame<'v>, Batch>>(name: &str, before: &[fn(&Frame<'_>, &mut Batch)], kinds: &[VoxelType]) {
+    let mut n = Numbers::new(99);
+    let modes = [
+        FogMode::Linear { start: 1.0, end: 4.0 },
+        FogMode::Linear { start: 2.0, end: 2.0 },
+        FogMode::Exp { density: 0.3 },
+        FogMode::Exp2 { density: 0.2 },
+    ];
+    let mut changed = false;
+    for round in 0..200 {
+        let kind = kinds[round % kinds.len()];
+        let voxels = voxels(kind, DIMS, &mut n);
+        let mut frame = frame(&voxels, &mut n);
+        let (mode, weighted) = (modes[round % modes.len()], round % 3 != 0);
+        frame.optional.fog = Some(FogFrame { mode, color: [0.2, 0.5, 0.9], weighted });
+        let mut start = batch(&mut n);
+        for stage in before {
+            stage(&frame, &mut start);
+        }
+        let untouched = bits(&start);
+        let run = |level: Level| {
+            let mut b = start.clone();
+            level.kernel::<K, Frame<'_>, Batch>()(&frame, &mut b);
+            bits(&b)
+        };
+        let want = run(Level::SCALAR);
+        changed |= want != untouched;
+        for level in Level::available() {
+            assert_eq!(run(level), want, "{name} at {} in round {round} of {kind}", level.name());
+        }
+    }
+    assert!(changed, "{name} never did anything");
+}
+
+fn texcoord(frame: &Frame<'_>, batch: &mut Batch) {
+    Level::SCALAR.kernel::<Texcoord, Frame<'_>, Batch>()(frame, batch);
+}
+fn texcoord_far(frame: &Frame<'_>, batch: &mut Batch) {
+    Level::SCALAR.kernel::<TexcoordFar, Frame<'_>, Batch>()(frame, batch);
+}
+
+/// Some values are NaN or infinite, some slices lie behind all others.
+fn pairs(_: &Frame<'_>, batch: &mut Batch) {
+    for i in (0..BATCH).step_by(11) {
+        (batch.sample.value[i], batch.pixels.previous[0][i + i % 2], batch.pixels.previous[1][i]) = (f32::NAN, f32::INFINITY, f32::NAN);
+    }
+    if batch.mask % 4 == 0 {
+        batch.slice = BEHIND;
+    }
+}
+fn corners(frame: &Frame<'_>, batch: &mut Batch) {
+    Level::SCALAR.kernel::<FetchCorners<false>, Frame<'_>, Batch>()(frame, batch);
+}
+fn corners_far(frame: &Frame<'_>, batch: &mut Batch) {
+    Level::SCALAR.kernel::<FetchCorners<true>, Frame<'_>, Batch>()(frame, batch);
+}
+
+#[test]
+fn every_kernel_gives_the_same_bits_at_every_level() {
+    use VoxelType::*;
+    levels_agree::<Span>("span", &[], &[U8]);
+    levels_agree::<Texcoord>("texcoord", &[], &[U8]);
+    levels_agree::<TexcoordFar>("texcoord far", &[], &[U8]);
+    levels_agree::<FetchPairs8>("fetch 8", &[texcoord], &[U8, I8]);
+    levels_agree::<FetchPairs16>("fetch 16", &[texcoord], &[U16, I16]);
+    levels_agree::<FetchPairs32>("fetch 32", &[texcoord], &[U32, I32, F32]);
+    levels_agree::<FetchAny<false>>("fetch any", &[texcoord], &VoxelType::ALL);
+    levels_agree::<FetchAny<true>>("fetch far", &[texcoord_far], &VoxelType::ALL);
+    levels_agree::<Guard>("guard", &[pairs], &[U8]);
+    levels_agree::<TexcoordPart<false>>("texcoord of a part", &[], &[U8]);
+    levels_agree::<TexcoordPart<true>>("texcoord far of a part", &[], &[U8]);
+    levels_agree::<FetchCorners<false>>("fetch corners", &[texcoord], &VoxelType::ALL);
+    levels_agree::<FetchCorners<true>>("fetch corners far", &[texcoord_far], &VoxelType::ALL);
+    levels_agree::<Classify<false>>("classify", &[], &[U8]);
+    levels_agree::<Classify<true>>("classify in two steps", &[], &[U8]);
+    levels_agree::<Correct<false>>("correct", &[], &[U8]);
+    levels_agree::<Correct<true>>("correct some", &[], &[U8]);
+    levels_agree::<FogPlanar>("planar fog", &[], &[U8]);
+    levels_agree::<FogRadial>("radial fog", &[], &[U8]);
+    levels_agree::<MaskStage>("mask", &[], &[U8]);
+    levels_agree::<BlendFront<Plain, true>>("front to back", &[], &[U8]);
+    levels_agree::<BlendFront<Plain, false>>("front to back to the end", &[], &[U8]);
+    levels_agree::<BlendBack<Plain>>("back to front", &[], &[U8]);
+    levels_agree::<BlendFront<Compensated, true>>("front to back, compensated", &[], &[U8]);
+    levels_agree::<BlendFront<Compensated, false>>("front to back to the end, compensated", &[], &[U8]);
+    levels_agree::<BlendBack<Compensated>>("back to front, compensated", &[], &[U8]);
+    levels_agree::<BlendFront<Unorm8, true>>("front to back in 8 bits", &[], &[U8]);
+    levels_agree::<BlendFront<Unorm8, false>>("front to back to the end in 8 bits", &[], &[U8]);
+    levels_agree::<BlendBack<Unorm8>>("back to front in 8 bits", &[], &[U8]);
+    levels_agree::<SpanPair>("span of pairs", &[], &[U8]);
+    levels_agree::<KeepValue>("keep", &[], &[U8]);
+    levels_agree::<FogEach>("fog of each", &[], &[U8]);
+    levels_agree::<ClassifyPair<false, false, false>>("classify pairs", &[pairs], &[U8]);
+    levels_agree::<ClassifyPair<false, true, false>>("classify pairs, second order", &[pairs], &[U8]);
+    levels_agree::<ClassifyPair<true, false, true>>("classify pairs in two steps, fine", &[pairs], &[U8]);
+    levels_agree::<ClassifyPair<true, true, true>>("classify pairs in two steps, second order, fine", &[pairs], &[U8]);
+    levels_agree::<FetchNearest<false>>("fetch nearest", &[texcoord], &VoxelType::ALL);
+    levels_agree::<FetchNearest<true>>("fetch nearest far", &[texcoord_far], &VoxelType::ALL);
+    levels_agree::<CorrectRiemann>("correct riemann", &[], &[U8]);
+    levels_agree::<ClassifyCorners<false>>("classify corners", &[texcoord, corners], &VoxelType::ALL);
+    levels_agree::<ClassifyCorners<true>>("classify corners in two steps", &[texcoord_far, corners_far], &VoxelType::ALL);
+    levels_agree::<ProjectMax>("max", &[], &[U8]);
+    levels_agree::<ProjectMin>("min", &[], &[U8]);
+    levels_agree::<ProjectAverage>("average", &[], &[U8]);
+    levels_agree::<ProjectAdd>("add", &[], &[U8]);
+    levels_agree::<ProjectLmip>("lmip", &[], &[U8]);
+    levels_agree::<ProjectIso>("iso", &[], &[U8]);
+}
+
+/// The values that lookup `run` gives the batch `start`, as bits.
+fn values_by<'v>(start: &Batch, frame: &Frame<'v>, run: Run<'v>) -> Vec<u64> {
+    let mut b = start.clone();
+    run(frame, &mut b);
+    Part::Value.bits(&b)
+}
+
+/// Which lookup a plan takes for voxels (packed, pairs or single ones) changes no bit of their values.
+#[test]
+fn all_lookups_of_a_voxel_type_give_the_same_bits() {
+    let mut n = Numbers::new(11);
+    for kind in VoxelType::ALL {
+        let voxels = voxels(kind, DIMS, &mut n);
+        let mut frame = frame(&voxels, &mut n);
+        let packed = Packed::new(&voxels, DIMS);
+        for _ in 0..30 {
+            let mut start = batch(&mut n);
+            texcoord(&frame, &mut start);
+            let want = values_by(&start, &frame, Level::SCALAR.kernel::<FetchAny<false>, Frame<'_>, Batch>());
+            for level in Level::available() {
+                let pairs: Option<Run<'_>> = match kind {
+                    VoxelType::U8 | VoxelType::I8 => Some(level.kernel::<FetchPairs8, Frame<'_>, Batch>()),
+                    VoxelType::U16 | VoxelType::I16 => Some(level.kernel::<FetchPairs16, Frame<'_>, Batch>()),
+                    VoxelType::U32 | VoxelType::I32 | VoxelType::F32 => Some(level.kernel::<FetchPairs32, Frame<'_>, Batch>()),
+                    VoxelType::F64 => None,
+                };
+                if let Some(pairs) = pairs {
+                    assert_eq!(values_by(&start, &frame, pairs), want, "pairs of {kind} at {}", level.name());
+                }
+                if let Some(packed) = &packed {
+                    let [row, layer] = packed.strides;
+                    assert_eq!([row, layer], [DIMS[0], DIMS[0] * DIMS[1]], "offsets of the other lookups serve");
+                    let run: Run<'_> = match packed.pairs {
+                        PackedPairs::Of8(_) => level.kernel::<FetchPacked8, Frame<'_>, Batch>(),
+                        PackedPairs::Of16(_) => level.kernel::<FetchPacked16, Frame<'_>, Batch>(),
+                    };
+                    frame.sample.packed = Some(packed);
+                    assert_eq!(values_by(&start, &frame, run), want, "packed {kind} at {}", level.name());
+                    frame.sample.packed = None;
+                }
+            }
+        }
+    }
+}
