@@ -11,7 +11,7 @@
 //!                        |
 //!                     Renderer       kept between pictures: bricks (min, max), tables
 //!                        |
-//!                      plan          which slices, which stages; what is left out, and why
+//!                      plan          which slices, tables and stages; what is left out, and why
 //!                        |
 //!                      proxy         planes of constant depth x box x clip planes
 //!                        |
@@ -47,6 +47,9 @@
 //! | draw as OpenGL 1.x does, bit depth by bit depth | [`scene::OpenGl`], [`Scene::with_opengl`] |
 //! | read a scene file | [`scene::SceneFile`] |
 //! | make one picture, or many of one volume | [`render`], [`Renderer`] |
+//! | render into your own memory, show a coarse picture first, stop | [`Renderer::render_into`], [`Renderer::render_progressive`], [`Stopper`] |
+//! | render a large volume in parts | [`Renderer::render_part`], [`proxy::Domain`], [`Layer`] |
+//! | know which stages there are | [`scene::StageId`] |
 //! | bound memory, choose threads and vector level, hear of progress | [`Settings`], [`Limits`], [`Level`] |
 //! | see how a picture comes about, step by step | [`explain`](mod@explain) |
 //! | write a picture | [`Picture::save`](picture::Picture::save), [`picture::Format`] |

@@ -3,16 +3,12 @@
 #![cfg(target_os = "linux")]
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+mod peak;
+
+use peak::peak;
 use slicestack::scene::{Blend, Scene, Slicing, TransferFunction};
 use slicestack::volume::{Grid, Voxels};
 use slicestack::{Renderer, Settings, Volume};
-
-/// Bytes of this process in memory, at most so far.
-fn peak() -> u64 {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap();
-    let line = status.lines().find(|l| l.starts_with("VmHWM:")).unwrap();
-    line.split_whitespace().nth(1).unwrap().parse::<u64>().unwrap() * 1024
-}
 
 #[test]
 fn a_frame_takes_little_beside_the_voxels() {

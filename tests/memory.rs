@@ -3,19 +3,15 @@
 #![cfg(all(feature = "formats", target_os = "linux"))]
 #![allow(clippy::unwrap_used, reason = "a test that cannot read or write its file shall stop")]
 
+mod peak;
+
 use flate2::Compression;
 use flate2::write::GzEncoder;
+use peak::peak;
 use slicestack::Volume;
 use slicestack::volume::Voxels;
 use std::fs::File;
 use std::io::{BufWriter, Write};
-
-/// Bytes of this process in memory, at most so far.
-fn peak() -> u64 {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap();
-    let line = status.lines().find(|l| l.starts_with("VmHWM:")).unwrap();
-    line.split_whitespace().nth(1).unwrap().parse::<u64>().unwrap() * 1024
-}
 
 #[test]
 fn voxels_are_in_memory_once() {
