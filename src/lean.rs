@@ -3,7 +3,7 @@
 //! Such a build has no fog, no clip planes, no slabs between slices and no check for voxels that are NaN, neither as stages nor
 //! as questions asked on the way; it refuses scenes that want them. It is for `.ci/instructions.py` and for nobody else.
 
-use crate::scene::Scene;
+use crate::scene::{Scene, StageId};
 use crate::{Error, Result};
 
 /// Whether this is such a build.
@@ -17,13 +17,15 @@ pub(crate) fn extra<T>(part: Option<T>) -> Option<T> {
 
 /// Refuses what a lean build would draw wrongly.
 pub(crate) fn check(scene: &Scene, non_finite: usize) -> Result<()> {
-    let plain = scene.fog().is_none()
+    let plain = StageId::wanted(scene).next().is_none()
         && scene.clip_planes().is_empty()
         && !scene.method().is_pre_integrated()
         && !scene.method().merge
         && non_finite == 0;
     if LEAN && !plain {
-        return Err(Error::invalid("this build (slicestack_lean) draws plain scenes alone: no fog, clip planes or pre-integration"));
+        return Err(Error::invalid(
+            "this build (slicestack_lean) draws plain scenes alone: no fog or other stages of the kind, clip planes or pre-integration",
+        ));
     }
     Ok(())
 }

@@ -67,6 +67,11 @@ impl Default for Limits {
 pub trait Progress: Send + Sync {
     /// `done` of `total` steps of the task `what` are over. Returning `false` stops the work with [`crate::Error::Stopped`].
     fn step(&self, what: &str, done: u64, total: u64) -> bool;
+
+    /// Whether the work is to stop: asked often, also within a step.
+    fn is_stopped(&self) -> bool {
+        false
+    }
 }
 
 /// How a picture is made. No field changes a byte of it.
@@ -189,6 +194,6 @@ impl Control<'_> {
 
     /// Whether somebody wants to stop.
     pub(crate) fn is_stopped(&self) -> bool {
-        self.stopper.0.load(Ordering::Relaxed)
+        self.stopper.0.load(Ordering::Relaxed) || self.progress.is_some_and(Progress::is_stopped)
     }
 }

@@ -42,6 +42,15 @@ pub(crate) trait Classify {
     fn may_show(&self, lo: f64, hi: f64) -> bool;
 }
 
+/// What a classifier goes by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum By {
+    /// The value of a slab.
+    Value,
+    /// The values on both sides of a slab.
+    Pair,
+}
+
 /// How a frame classifies: everything but the thickness of its slabs.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Classifier {
@@ -52,9 +61,12 @@ pub(crate) enum Classifier {
 }
 
 impl Classifier {
-    /// A classifier for values in `range` through `transfer`; by `pairs` of values, or one by one.
-    pub(crate) fn new(transfer: &TransferFunction, range: (f64, f64), slab: Slab, pairs: bool) -> Self {
-        if pairs { Self::Pair(PairTable::new(transfer, range, slab)) } else { Self::Value(ValueTable::new(transfer, range, slab)) }
+    /// A classifier `by` what it goes, for values in `range` through `transfer`.
+    pub(crate) fn new(transfer: &TransferFunction, range: (f64, f64), slab: Slab, by: By) -> Self {
+        match by {
+            By::Value => Self::Value(ValueTable::new(transfer, range, slab)),
+            By::Pair => Self::Pair(PairTable::new(transfer, range, slab)),
+        }
     }
 }
 

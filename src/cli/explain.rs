@@ -1,7 +1,7 @@
 //! `slicestack explain`.
 
-use super::output::{Sink, is_json};
-use super::progress::{Bar, Phase, catch_signals, enter};
+use super::output::{Sink, is_record};
+use super::progress::{Bar, Phase, catch_signals, enter, rendered};
 use super::scene::SceneArgs;
 use super::{Usage, complain};
 use anyhow::{Context, Result, bail};
@@ -67,7 +67,7 @@ pub(super) fn run(args: &ExplainArgs) -> Result<()> {
         picture.spare("picture", |start| Format::of_start(start) == Some(Format::Png), &inputs)?;
     }
     if let Some(json) = &json {
-        json.spare("JSON", is_json, &inputs)?;
+        json.spare("JSON", is_record, &inputs)?;
     }
     catch_signals()?;
 
@@ -75,7 +75,7 @@ pub(super) fn run(args: &ExplainArgs) -> Result<()> {
     let bar = Arc::new(Bar::new());
     let settings = Settings::new().limits(args.scene.limits()).progress(bar.clone());
     if let (Some(path), Some(json)) = (scene_file.volume().path(), &json) {
-        json.spare("JSON", is_json, &[path])?;
+        json.spare("JSON", is_record, &[path])?;
     }
     let volume = scene_file.volume().load(&settings.limits)?;
     let (scene, mut warnings) = scene_file.to_scene(&volume)?;
@@ -98,6 +98,7 @@ pub(super) fn run(args: &ExplainArgs) -> Result<()> {
         files.push((json, (explanation.json()? + "\n").into_bytes()));
     }
     bar.clear();
+    rendered()?;
     warnings.iter().for_each(|w| complain("warning", w));
     enter(Phase::Writing);
     folder.write(&files)?;

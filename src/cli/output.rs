@@ -47,7 +47,7 @@ impl Sink {
             return Ok(());
         }
         let mut head = Vec::new();
-        File::open(&real).and_then(|f| f.take(16).read_to_end(&mut head)).with_context(|| path.display().to_string())?;
+        File::open(&real).and_then(|f| f.take(1024).read_to_end(&mut head)).with_context(|| path.display().to_string())?;
         if !head.is_empty() && !is(&head) {
             bail!(Usage(format!("{}: is there already and is no {kind}; remove it or choose another name", path.display())));
         }
@@ -96,17 +96,63 @@ pub(super) fn encoding(sink: &Sink, format: Option<&str>, depth: &str) -> Result
     Ok((format, depth))
 }
 
-/// Whether a file that begins with `start` is a picture, and may give way to another.
+/// Whether a file that begins with `start` is a picture like those written here. Of NumPy files only such arrays are: others are data, such as
+/// volumes.
 pub(super) fn is_picture(start: &[u8]) -> bool {
-    Format::of_start(start).is_some()
+    match Format::of_start(start) {
+        Some(Format::Npy) => {
+            let text = String::from_utf8_lossy(start.get(10..).unwrap_or_default());
+            let header = text.lines().next().unwrap_or_default();
+            let shape = header.split_once("'shape': (").and_then(|(_, rest)| rest.split_once(')')).map_or("", |(shape, _)| shape);
+            let sides: Vec<&str> = shape.split(',').map(str::trim).collect();
+            header.contains("'<f4'") && header.contains("'fortran_order': False") && matches!(sides[..], [_, _, "4"])
+        }
+        Some(_) => true,
+        None => false,
+    }
 }
 
-/// Whether a file that begins with `start` is JSON, as statistics and records are.
-pub(super) fn is_json(start: &[u8]) -> bool {
-    start.starts_with(b"{")
+/// Whether a file that begins with `start` holds statistics of this command: keys come in the order of the alphabet.
+pub(super) fn is_statistics(start: &[u8]) -> bool {
+    let text = String::from_utf8_lossy(start);
+    let first = text.trim_start_matches(|c: char| c == '{' || c.is_whitespace());
+    let begins = ["\"error_estimate\"", "\"fetches\""].iter().any(|key| first.starts_with(key));
+    text.starts_with('{') && begins && text.contains("\"fragments\"")
+}
+
+/// Whether a file that begins with `start` holds a record of this command.
+pub(super) fn is_record(start: &[u8]) -> bool {
+    start.starts_with(b"{\"format\":\"slicestack explain")
 }
 
 /// The formats that `--depth` is for: "PNG and TIFF".
 fn with_depth() -> String {
     Format::ALL.into_iter().filter(|f| f.takes_depth()).map(Format::title).collect::<Vec<_>>().join(" and ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{is_picture, is_record, is_statistics};
+
+    #[test]
+    fn only_the_like_of_what_is_written_gives_way() {
+        let npy = |descr: &str, shape: &str| {
+            let header = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}\n");
+            let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+            bytes.extend((header.len() as u16).to_le_bytes());
+            bytes.extend(header.as_bytes());
+            bytes
+        };
+        assert!(is_picture(&npy("<f4", "(512, 512, 4)")));
+        for data in
+            [npy("<f4", "(4, 5, 6)"), npy("<f8", "(10, 10, 4)"), npy("<f4", "(1000,)"), npy("<f4", "(2, 3, 3, 4)"), npy("<f4", "(7, 4)")]
+        {
+            assert!(!is_picture(&data), "{}", String::from_utf8_lossy(&data));
+        }
+        assert!(is_picture(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR") && !is_picture(b"GIF89a, twelve bytes") && !is_picture(b"{\"a\": 1}"));
+        assert!(is_statistics(b"{\n  \"fetches\": 85544,\n  \"fragments\": 77378,"));
+        assert!(is_statistics(b"{\n  \"error_estimate\": 0.1,\n  \"fetches\": 85544,\n  \"fragments\": 77378,"));
+        assert!(!is_statistics(b"{\"package\": \"fetches\"}") && !is_statistics(b"{\"volume\": {\"path\": \"a.nrrd\"}}"));
+        assert!(is_record(b"{\"format\":\"slicestack explain 1\",") && !is_record(b"{\"format\":\"other\"}"));
+    }
 }

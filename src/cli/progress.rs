@@ -47,6 +47,15 @@ pub(super) fn catch_signals() -> anyhow::Result<()> {
     Ok(())
 }
 
+/// Work is over, and nothing is written yet: from here Ctrl-C ends the process at once, and so does one that came just before.
+///
+/// # Errors
+/// [`slicestack::Error::Stopped`] in that case.
+pub(super) fn rendered() -> slicestack::Result<()> {
+    enter(Phase::Idle);
+    if STOP.load(Ordering::SeqCst) { Err(slicestack::Error::Stopped) } else { Ok(()) }
+}
+
 /// A bar on stderr where that is a terminal; everywhere: the ear for Ctrl-C.
 pub(super) struct Bar {
     shown: bool,
@@ -89,6 +98,10 @@ impl Progress for Bar {
                 }
             }
         }
-        !STOP.load(Ordering::Relaxed)
+        !self.is_stopped()
+    }
+
+    fn is_stopped(&self) -> bool {
+        STOP.load(Ordering::Relaxed)
     }
 }

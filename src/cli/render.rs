@@ -1,7 +1,7 @@
 //! `slicestack render`.
 
-use super::output::{Sink, encoding, is_json, is_picture};
-use super::progress::{Bar, Phase, catch_signals, enter};
+use super::output::{Sink, encoding, is_picture, is_statistics};
+use super::progress::{Bar, Phase, catch_signals, enter, rendered};
 use super::scene::{SceneArgs, level};
 use super::stats::{self, Clock};
 use super::{Usage, complain};
@@ -81,7 +81,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
     let inputs: Vec<&Path> = args.scene.input.as_deref().into_iter().collect();
     sink.spare("picture", is_picture, &inputs)?;
     if let Some(stats_sink) = &stats_sink {
-        stats_sink.spare("JSON", is_json, &inputs)?;
+        stats_sink.spare("JSON", is_statistics, &inputs)?;
         if *stats_sink == sink {
             bail!(Usage(format!("{}: picture and statistics cannot both go there", args.output.display())));
         }
@@ -102,7 +102,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
     if let Some(path) = scene_file.volume().path() {
         sink.spare("picture", is_picture, &[path])?;
         if let Some(stats_sink) = &stats_sink {
-            stats_sink.spare("JSON", is_json, &[path])?;
+            stats_sink.spare("JSON", is_statistics, &[path])?;
         }
     }
     let volume = scene_file.volume().load(&settings.limits)?;
@@ -125,6 +125,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
     warnings.extend(stats.warnings.iter().cloned());
     warnings.iter().for_each(|w| complain("warning", w));
 
+    rendered()?;
     let start = Instant::now();
     let bytes = picture.encode(format, depth)?;
     clock.encode = start.elapsed().as_secs_f64();

@@ -42,7 +42,7 @@ fn look_up<L: Lanes>(frame: &Frame<'_>, x: L::F) -> [L::F; 4] {
 impl<'v, const SPLIT: bool> Kernel<Frame<'v>, Batch> for Classify<SPLIT> {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
-        let clear = L::splat(frame.color.first_visible);
+        let first_visible = L::splat(frame.color.first_visible);
         let mut places = Places::new(&frame.color.table);
         let mut shown = 0;
         for_rows!(batch.shown, r => {
@@ -50,7 +50,7 @@ impl<'v, const SPLIT: bool> Kernel<Frame<'v>, Batch> for Classify<SPLIT> {
             let index = L::trunc(x);
             places.set::<L>(r, index, L::sub(x, L::to_f(index)));
             // Rows in which nothing shows are left out of what follows.
-            shown |= u8::from(L::bits(L::le(clear, x)) != 0) << r;
+            shown |= u8::from(L::bits(L::le(first_visible, x)) != 0) << r;
         });
         for_rows!(shown, r => {
             let color = places.look_up::<L>(r);

@@ -47,7 +47,7 @@ impl<'v, const SPLIT: bool, const SECOND: bool, const FINE: bool> Kernel<Frame<'
         let slice = L::splat_i(batch.slice);
         let (side, last) = (L::splat(frame.color.last + 1.0), L::splat(frame.color.last - 1.0));
         let side_i = L::trunc(side);
-        let clear = L::splat(frame.color.first_visible);
+        let first_visible = L::splat(frame.color.first_visible);
         let mut shown = 0;
         for_rows!(batch.rows, r => {
             let back = L::load(row(&batch.sample.value, r));
@@ -79,7 +79,7 @@ impl<'v, const SPLIT: bool, const SECOND: bool, const FINE: bool> Kernel<Frame<'
             }
             let (x, y) = (position::<L, SPLIT>(frame, a), position::<L, SPLIT>(frame, b));
             // Nothing shows between two values below the first that does.
-            if L::bits(L::le(clear, L::max(x, y))) != 0 {
+            if L::bits(L::le(first_visible, L::max(x, y))) != 0 {
                 shown |= 1 << r;
                 let (i, j) = (L::min(L::to_f(L::trunc(x)), last), L::trunc(y));
                 let u = L::sub(x, i);

@@ -74,7 +74,7 @@ impl Pipeline<'_> {
                 if stopped.load(Ordering::Relaxed) {
                     return 0;
                 }
-                let fragments = self.band::<F, C, T>(&sampler, i * (band_length / width), band);
+                let fragments = self.band::<F, C, T>(&sampler, i * (band_length / width), band, control);
                 let done = done.fetch_add(1, Ordering::Relaxed) + 1;
                 if !control.step("rendering", done, total) {
                     stopped.store(true, Ordering::Relaxed);
@@ -86,7 +86,13 @@ impl Pipeline<'_> {
     }
 
     /// Every slice into the rows from `first` that `band` holds.
-    fn band<F: Framebuffer, const C: usize, T: Texel<C>>(&self, sampler: &Sampler<'_, C, T>, first: usize, band: &mut [[f32; 4]]) -> u64 {
+    fn band<F: Framebuffer, const C: usize, T: Texel<C>>(
+        &self,
+        sampler: &Sampler<'_, C, T>,
+        first: usize,
+        band: &mut [[f32; 4]],
+        control: Control<'_>,
+    ) -> u64 {
         let [r, g, b] = self.clear.rgb;
         band.fill([r, g, b, self.clear.alpha].map(F::store));
         let (columns, rows) = self.scissor();
@@ -94,6 +100,10 @@ impl Pipeline<'_> {
         let count = self.stack.count;
         let mut fragments = 0;
         for i in 0..count {
+            // Whoever stops it does not want what is in the band.
+            if control.is_stopped() {
+                break;
+            }
             let k = if self.order == Order::BackToFront { count - 1 - i } else { i };
             let slice = Slice::new(self, k);
             for (y, pixels) in (first..).zip(band.chunks_mut(width)).filter(|(y, _)| rows.contains(y)) {

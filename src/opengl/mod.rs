@@ -23,7 +23,7 @@ pub(crate) use draw::Pipeline;
 pub(crate) use table::Table;
 pub(crate) use texture::{Texture, TextureKey, Values};
 
-use crate::scene::{OpenGl, Scene};
+use crate::scene::{OpenGl, Scene, StageId};
 use crate::tally::LeftOut;
 use crate::volume::{BoxConvention, Volume};
 use crate::{Error, Result};
@@ -64,6 +64,24 @@ pub(crate) fn check_matrix(state: &OpenGl, volume: &Volume) -> Result<()> {
     Ok(())
 }
 
+/// Whether this pipeline draws a stage that scenes may ask for: it has to where [`crate::scene::StageOption::opengl`] says yes. The match has no
+/// wildcard, so that a stage without an answer here does not compile.
+const fn is_drawn(id: StageId) -> bool {
+    match id {
+        StageId::Fog => true,
+        // Scenes do not ask for these.
+        StageId::Span
+        | StageId::Texcoord
+        | StageId::Fetch
+        | StageId::Guard
+        | StageId::Keep
+        | StageId::Classify
+        | StageId::Correct
+        | StageId::Mask
+        | StageId::Blend => false,
+    }
+}
+
 /// What the pipeline leaves out of a scene, or cannot.
 pub(crate) fn left_out(scene: &Scene, state: &OpenGl) -> Vec<LeftOut> {
     let mut list = vec![
@@ -72,9 +90,8 @@ pub(crate) fn left_out(scene: &Scene, state: &OpenGl) -> Vec<LeftOut> {
         ("opacity correction", "whole slabs of one thickness: the table holds it"),
         ("vector stages", "fragments are drawn one by one"),
     ];
-    if scene.fog().is_none() {
-        list.push(("fog", "the scene has none"));
-    }
+    let stages = StageId::options().filter(|(id, option)| is_drawn(*id) && !(option.wanted)(scene));
+    list.extend(stages.map(|(id, option)| (id.name(), option.absent)));
     if scene.clip_planes().is_empty() {
         list.push(("clip planes", "the scene has none"));
     }

@@ -105,7 +105,8 @@ pub(crate) fn planned(scene: &Scene, volume: &Volume, needs: &Needs, loads: u64)
         add("early termination", why, Saving::Unknown);
     }
     if !needs.skip {
-        let why = if colors { "literal fog lights up empty slices too" } else { "every value counts in this projection" };
+        let stages = || StageId::wanted(scene).find_map(|(_, option)| (option.shows_in_empty_space)(scene));
+        let why = if colors { stages().unwrap_or("every fragment counts") } else { "every value counts in this projection" };
         add("skipping of empty space", why, Saving::Unknown);
     }
     list

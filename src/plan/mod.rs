@@ -23,7 +23,7 @@ pub(crate) use prepared::{MergedData, Prepared, TransferData, TransferKey, Volum
 pub(crate) use scaling::Scaling;
 pub(crate) use stages::{PairStages, Stages};
 
-use crate::classify::{Classify, Slab};
+use crate::classify::{By, Classify, Slab};
 use crate::fragment::project::NOTHING;
 use crate::fragment::{BlendFrame, ColorFrame, Frame, OptionalFrame, SampleFrame};
 use crate::lanes::{Level, LookupTable};
@@ -95,7 +95,8 @@ impl<'v> FramePlan<'v> {
             stack.spacing / scene.transfer().opacity_length(domain.map_or(volume.grid(), Domain::whole))
         };
         let slab = Slab { ratio, form: needs.method.slab };
-        let transfer = kept.transfer(TransferKey { transfer: scene.transfer().clone(), slab, pairs: needs.method.is_pre_integrated() });
+        let by = if needs.method.is_pre_integrated() { By::Pair } else { By::Value };
+        let transfer = kept.transfer(TransferKey { transfer: scene.transfer().clone(), slab, by });
         // Where empty slices count, or are looked at, all rows do.
         let (color, split) = color_frame(&data.scaling, &transfer, needs.skip && !observed);
         let frame = Frame {

@@ -13,11 +13,16 @@ use crate::volume::Volume;
 pub(crate) struct Needs {
     pub(crate) blend: BlendKind,
     pub(crate) order: Order,
+    /// Whether pixels end early.
     pub(crate) terminate: bool,
+    /// Whether values may be NaN or infinite.
     pub(crate) guard: bool,
+    /// By which distance fog goes, if there is any.
     pub(crate) fog: Option<FogDistance>,
     pub(crate) perspective: bool,
+    /// Whether a batch may span 2^24 voxels or more, so that offsets need more than an i32.
     pub(crate) far: bool,
+    /// Whether empty space is passed over.
     pub(crate) skip: bool,
     /// Whether several slabs may become one.
     pub(crate) merge: bool,
@@ -61,7 +66,7 @@ impl Needs {
             Accumulation::Plain => false,
             Accumulation::Compensated => true,
         };
-        let everywhere = StageId::wanted(scene).any(|(_, option)| (option.shows_in_empty_space)(scene));
+        let everywhere = StageId::wanted(scene).any(|(_, option)| (option.shows_in_empty_space)(scene).is_some());
         let skip = colors && !everywhere;
         let ends = match (method.is_pre_integrated(), method.ends) {
             (false, Ends::Partial) => EndPieces::Partial,
@@ -79,7 +84,8 @@ impl Needs {
             perspective: stack.perspective,
             far: spans_far(stack),
             skip,
-            // What shows in empty space adds light slice by slice; and what is NaN changes in any way.
+            // A stage that lights empty space does so once a slice, so their number counts; and where voxels are NaN, a brick's range does
+            // not tell how values change.
             merge: method.merge && skip && !with_holes,
             method,
             compensated: compensated && blend == BlendKind::Over,

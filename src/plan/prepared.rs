@@ -2,7 +2,7 @@
 
 use super::Scaling;
 use super::scaling::value_range;
-use crate::classify::{ChangeClasses, Classifier, Classify, Slab, strongest};
+use crate::classify::{By, ChangeClasses, Classifier, Classify, Slab, strongest};
 use crate::lanes::LookupTable;
 use crate::proxy::Domain;
 use crate::scene::TransferFunction;
@@ -45,8 +45,8 @@ pub(crate) struct TransferKey {
     pub(crate) transfer: TransferFunction,
     /// Thickness of the slabs.
     pub(crate) slab: Slab,
-    /// Whether the table is over pairs of values.
-    pub(crate) pairs: bool,
+    /// What the table goes by.
+    pub(crate) by: By,
 }
 
 /// What depends on the volume, the transfer function and the thickness of slabs.
@@ -70,8 +70,8 @@ impl TransferData {
     pub(crate) fn new<'o>(key: TransferKey, volume: &Volume, bricks: &Bricks, mut others: impl Iterator<Item = &'o Self>) -> Self {
         let (min, max) = bricks.range;
         let range = if min <= max { value_range(volume, min, max) } else { (0.0, 0.0) };
-        let TransferKey { transfer, slab, pairs } = &key;
-        let classifier = Classifier::new(transfer, range, *slab, *pairs);
+        let TransferKey { transfer, slab, by } = &key;
+        let classifier = Classifier::new(transfer, range, *slab, *by);
         let table = Arc::new(classifier.table(transfer, *slab));
         let fine = classifier.fine().map(|layout| Arc::new(layout.table(transfer, *slab)));
         let bricks = match others.find(|o| o.classifier == classifier) {

@@ -12,19 +12,19 @@ use crate::skip::{BOXES, BoxClasses, SHOWN, SkipTable};
 use crate::tally::Counters;
 
 /// Classes of up to [`BOXES`] neighbouring coarse runs of a block, kept from the last query.
-pub(super) struct Coarse {
+pub(super) struct CoarseRunClasses {
     first: i64,
     known: usize,
     classes: BoxClasses,
 }
 
-impl Default for Coarse {
+impl Default for CoarseRunClasses {
     fn default() -> Self {
         Self { first: 0, known: 0, classes: [0; BOXES] }
     }
 }
 
-impl Coarse {
+impl CoarseRunClasses {
     /// What coarse run `at` holds.
     pub(super) fn class<'f>(&mut self, work: &Work<'f, '_>, skip_table: &'f SkipTable, transform: &BlockTransform, at: i64) -> u8 {
         if !(self.first..self.first + self.known as i64).contains(&at) {
@@ -38,7 +38,7 @@ impl Coarse {
     }
 
     /// Whether anything may show on the slices of `range`.
-    fn find<'f>(&mut self, work: &Work<'f, '_>, skip_table: &'f SkipTable, transform: &BlockTransform, range: &BlockRange) -> bool {
+    fn any_shown<'f>(&mut self, work: &Work<'f, '_>, skip_table: &'f SkipTable, transform: &BlockTransform, range: &BlockRange) -> bool {
         let slices = work.runs.slices * work.runs.coarse;
         // The piece behind the last slice counts to the last slice's run.
         let (first, last) = (range.any.0 / slices, (range.any.1 + work.runs.back) / slices);
@@ -92,11 +92,11 @@ pub(crate) fn render<O: Observer>(
             _ => whole,
         }
     };
-    let mut looked = Coarse::default();
+    let mut coarse = CoarseRunClasses::default();
     let transform = match work.skip_table {
         Some(skip_table) if !O::OBSERVES => {
             let found =
-                skip_table.any.then(transform).filter(|transform| skip_table.all || looked.find(work, skip_table, transform, &range));
+                skip_table.any.then(transform).filter(|transform| skip_table.all || coarse.any_shown(work, skip_table, transform, &range));
             let Some(transform) = found else {
                 counters.empty += (range.any.1 - range.any.0 + 1) as u64;
                 return Outcome::Empty;
@@ -106,6 +106,6 @@ pub(crate) fn render<O: Observer>(
         _ => transform(),
     };
     intervals.plane(x0, y0, &mut batch.pixels);
-    march(work, intervals, (x0, y0), (range, transform, looked), batch, counters, observer);
+    march(work, intervals, (x0, y0), (range, transform, coarse), batch, counters, observer);
     Outcome::Rendered
 }

@@ -1,4 +1,4 @@
-//! The last step, the same for every backend: layers over the background, warnings, statistics.
+//! The last step: layers over the background, or left as they are; then warnings and statistics, which are the same for every backend.
 
 use super::{Drawn, RenderStats};
 use crate::raster::Finish;

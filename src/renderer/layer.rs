@@ -190,8 +190,9 @@ impl Renderer {
 /// # Errors
 /// [`Error::Invalid`] for scenes without layers.
 fn check(scene: &Scene, what: &str) -> Result<()> {
-    if Backend::of(scene) != Backend::Slices {
-        return Err(Error::invalid(format!("{what}: the profile opengl draws over its background; choose accurate")));
+    match Backend::of(scene) {
+        Backend::Slices => {}
+        Backend::OpenGl => return Err(Error::invalid(format!("{what}: the profile opengl draws over its background; choose accurate"))),
     }
     if scene.method().extrapolate {
         return Err(Error::invalid(format!("{what}: slices extrapolate needs finished pictures")));

@@ -1,9 +1,12 @@
 //! Volume and scene in, picture and statistics out.
 //!
 //! ```text
-//!  scene --> backend (slices, opengl) --layer--> finish: background, warnings, statistics --> picture
-//!              ^ plan    ^ cache: what depends on volume and transfer function
+//!  scene --> backend: slices --layer, block by block--> finish: background --+
+//!              |  ^ plan    ^ cache: what depends on volume and transfer function|--> warnings, statistics --> picture
+//!              +--> opengl: a framebuffer cleared to the background -------------+
 //! ```
+//! A backend fills the caller's pixels and tells what it did ([`Drawn`]). Layers are finished while their block is in the cache, by the one
+//! implementation of `raster::Finish` that the job asks for: over the background, or left as they are.
 
 pub(crate) mod adaptive;
 mod cache;

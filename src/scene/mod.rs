@@ -310,7 +310,7 @@ impl Scene {
 
     /// The scene itself, unless it asks for what its profile does not have.
     fn agreed(self) -> Result<Self> {
-        for (stage, option) in StageId::wanted(&self) {
+        for (_, option) in StageId::wanted(&self) {
             let checks = [
                 (self.opengl.is_some(), option.opengl, "the profile opengl"),
                 (self.method.is_pre_integrated(), option.pairs, "pre-integrated classification"),
@@ -318,7 +318,7 @@ impl Scene {
             ];
             for (asked, fits, with) in checks {
                 if let (true, Fits::No(why)) = (asked, fits) {
-                    return Err(Error::invalid(format!("{}: does not go together with {with}: {why}", stage.name())));
+                    return Err(Error::invalid(format!("{}: does not go together with {with}: {why}", option.key)));
                 }
             }
         }

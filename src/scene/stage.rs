@@ -1,11 +1,11 @@
 //! The stages that fragments go through, each declared once.
 //!
 //! A stage is a step that 64 fragments take together: see `fragment`. Every room that has to know of one reads this list: the plan (which
-//! stages run, and what is said of those that do not), the checks of a [`Scene`], the record and the page of `explain`, the OpenGL
-//! profile. The kernel of a stage that scenes may ask for is in `fragment`, what the truth does about it in `reference`; both match on
-//! [`StageId`] without a wildcard, so that a stage without an answer there does not compile.
+//! stages run, and what is said of those that do not), the checks of a [`Scene`], the record and the page of `explain`. The kernel of a stage that scenes may ask for is in `fragment`, what the truth does about it in `reference`; both match on
+//! [`StageId`] without a wildcard, and so does `opengl`, so that a stage without an answer there does not compile.
 //!
-//! To add a stage that scenes may ask for: a variant here with its [`StageInfo`], a setting in [`Scene`], its key in the scene file, its kernel
+//! To add a stage that scenes may ask for: a variant here with its [`StageInfo`]; a setting in [`Scene`] whose setter returns a `Result` and
+//! ends with `agreed`, which checks what it goes together with (see `with_linear_light`); its key in the scene file; its kernel
 //! in `fragment`, what the truth does about it in `reference`.
 
 use super::{FogWeighting, Scene};
@@ -86,20 +86,24 @@ pub struct StageInfo {
 /// What a stage that scenes may ask for answers for itself.
 #[derive(Debug, Clone, Copy)]
 pub struct StageOption {
+    /// Section and key of the scene file that ask for it, for messages: `fog mode`.
+    pub key: &'static str,
     /// Whether a scene asks for it.
     pub wanted: fn(&Scene) -> bool,
-    /// Why it is left out of scenes that do not ask for it.
+    /// What the list of what was left out says of scenes that do not ask for it: "the scene has none".
     pub absent: &'static str,
-    /// Whether it runs where values are projected (mip, average, ...), and colours are not blended.
+    /// Whether it runs where values are projected (mip, average, ...), and colours are not blended. `No`: it is left out there, and the list
+    /// of what was left out says why.
     pub projections: Fits,
-    /// Whether one slab may stand for three or nine in its scenes: whether what it does to a thick slab is what it does to thin ones.
+    /// Whether one slab may stand for three or nine in its scenes: whether what it does to a thick slab is what it does to thin ones. `No`,
+    /// as for the two fields below: such a scene is refused.
     pub merging: Fits,
     /// Whether it runs on slabs between two values (pre-integrated).
     pub pairs: Fits,
     /// Whether the profile opengl draws it.
     pub opengl: Fits,
-    /// Whether it makes something show where classification shows nothing, so that empty space cannot be skipped.
-    pub shows_in_empty_space: fn(&Scene) -> bool,
+    /// Why empty space cannot be skipped in a scene that asks for it, where that is so: it shows where classification shows nothing.
+    pub shows_in_empty_space: fn(&Scene) -> Option<&'static str>,
 }
 
 impl StageId {
@@ -165,6 +169,7 @@ impl StageId {
                 about: "mixes the colour with the fog's, the more the farther away",
                 sets: &[Color],
                 option: Some(StageOption {
+                    key: "fog mode",
                     wanted: |scene| scene.fog().is_some(),
                     absent: "the scene has none",
                     projections: Fits::No("values are projected, colours are not blended"),
@@ -172,7 +177,10 @@ impl StageId {
                     pairs: Fits::Yes,
                     opengl: Fits::Yes,
                     // Literal fog adds its colour whatever a fragment's opacity: that is its mistake, and it is reproduced.
-                    shows_in_empty_space: |scene| scene.fog().is_some_and(|f| f.weighting() == FogWeighting::Literal),
+                    shows_in_empty_space: |scene| {
+                        let literal = scene.fog().is_some_and(|f| f.weighting() == FogWeighting::Literal);
+                        literal.then_some("literal fog lights up empty slices too")
+                    },
                 }),
             },
             Self::Mask => StageInfo {

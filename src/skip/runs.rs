@@ -19,9 +19,9 @@ pub(crate) struct Runs {
     pub(crate) slices: i64,
     /// Runs of a coarse run.
     pub(crate) coarse: i64,
-    /// Slices that one of them needs besides its own.
+    /// Slices before its first that a run's slabs reach back to: 1 where slabs lie between slices, else 0.
     pub(crate) back: i64,
-    /// Whether a run's slices are worth a look each.
+    /// Whether slices lie so far apart that each is asked about alone.
     pub(crate) thick: bool,
     /// Sides of windows for the boxes of runs and of coarse runs.
     pub(crate) sides: Sides,

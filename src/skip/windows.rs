@@ -25,7 +25,7 @@ pub(crate) struct Windows {
     pub(super) top: [f32; 8],
     /// By how much boxes of f32 coordinates are too small at most, in bricks.
     pub(super) slack: f64,
-    /// And one more, to be read beside the last.
+    /// Greatest class of the window that begins at each brick, x fastest; and a 0 more, because two bytes are read at once.
     pub(super) classes: Vec<u8>,
     /// Whether classes of bricks are joined bit by bit, and not by the greatest.
     flags: bool,

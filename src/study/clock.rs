@@ -64,4 +64,8 @@ impl Progress for Ear {
         let what = self.what.lock().unwrap_or_else(PoisonError::into_inner).clone();
         self.inner.step(&what, done, self.total)
     }
+
+    fn is_stopped(&self) -> bool {
+        self.inner.is_stopped()
+    }
 }

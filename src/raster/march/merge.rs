@@ -57,7 +57,7 @@ impl<'f, 'v, W: Observer> March<'_, 'f, 'v, W> {
         if !(whole && self.hardly_shows(merging.change(class), most)) {
             return false;
         }
-        self.one(k + count / 2, &merging.frames[N]);
+        self.slice_not_inlined(k + count / 2, &merging.frames[N]);
         // The others' fragments, of the rows that went through the stages and of the rest.
         let (others, inside) = (count as u64 - 1, u64::from(self.batch.rows.count_ones()) * SIDE as u64);
         self.counters.merged += others;
@@ -78,7 +78,7 @@ impl<'f, 'v, W: Observer> March<'_, 'f, 'v, W> {
                 self.pass_over(k, k + 1);
                 continue;
             }
-            self.one(k, self.work.frame);
+            self.slice_not_inlined(k, self.work.frame);
             if self.batch.pixels.alive == 0 {
                 self.stop(k, (k + 1, to));
                 return false;

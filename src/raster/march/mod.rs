@@ -3,7 +3,7 @@
 mod merge;
 mod pairs;
 
-use super::block::Coarse;
+use super::block::CoarseRunClasses;
 use super::block_transform::BlockTransform;
 use super::observer::Observer;
 use super::ray_intervals::{BlockRange, RayIntervals};
@@ -26,7 +26,7 @@ pub(super) fn march<W: Observer>(
     work: &Work<'_, '_>,
     intervals: &RayIntervals<'_>,
     (x0, y0): (u32, u32),
-    (range, transform, mut looked): (BlockRange, BlockTransform, Coarse),
+    (range, transform, mut coarse): (BlockRange, BlockTransform, CoarseRunClasses),
     batch: &mut Batch,
     counters: &mut Counters,
     observer: &mut W,
@@ -60,7 +60,7 @@ pub(super) fn march<W: Observer>(
         ended: None,
     };
     if !slices.is_empty() {
-        march.slices(slices.start, slices.end, &mut looked);
+        march.slices(slices.start, slices.end, &mut coarse);
         // Where only the first slices are rendered, the pieces up to the rays' exits are left out.
         if let (Some(pairs), true) = (extra(work.pairs), slices.end > range.any.1) {
             march.after_pairs(pairs);
@@ -96,7 +96,7 @@ pub(super) struct March<'m, 'f, 'v, W> {
 
 impl<'f, 'v, W: Observer> March<'_, 'f, 'v, W> {
     /// Slices `from..to` in the scene's order, but for those on which nothing shows.
-    fn slices(&mut self, from: i64, to: i64, looked: &mut Coarse) {
+    fn slices(&mut self, from: i64, to: i64, coarse: &mut CoarseRunClasses) {
         // Where something shows in every brick no query is needed, unless slabs may be merged.
         let Some(skip_table) = self.work.skip_table.filter(|skip_table| !skip_table.all || extra(self.work.merging).is_some()) else {
             self.run(from, to);
@@ -104,11 +104,11 @@ impl<'f, 'v, W: Observer> March<'_, 'f, 'v, W> {
         };
         let Runs { slices, coarse: group, .. } = self.work.runs;
         let ahead = self.work.order == Order::FrontToBack;
-        let coarse = from / (slices * group)..(to - 1) / (slices * group) + 1;
-        for n in 0..coarse.end - coarse.start {
-            let at = if ahead { coarse.start + n } else { coarse.end - 1 - n };
+        let groups = from / (slices * group)..(to - 1) / (slices * group) + 1;
+        for n in 0..groups.end - groups.start {
+            let at = if ahead { groups.start + n } else { groups.end - 1 - n };
             let (first, end) = ((at * slices * group).max(from), ((at + 1) * slices * group).min(to));
-            let held = looked.class(self.work, skip_table, &self.transform, at);
+            let held = coarse.class(self.work, skip_table, &self.transform, at);
             if held & SHOWN == 0 {
                 self.pass_over(first, end);
                 continue;
@@ -123,7 +123,7 @@ impl<'f, 'v, W: Observer> March<'_, 'f, 'v, W> {
             }
             if let Some(merging) = merging {
                 if !self.merging(merging, (first, end), &classes[..count]) {
-                    self.finish(end, to);
+                    self.count_finished(end, to);
                     return;
                 }
                 continue;
@@ -147,7 +147,7 @@ impl<'f, 'v, W: Observer> March<'_, 'f, 'v, W> {
                 }
                 if !self.run(run, end_run) {
                     let (first, end) = if ahead { (end_run, to) } else { (from, run) };
-                    self.finish(first, end);
+                    self.count_finished(first, end);
                     return;
                 }
                 (before, after) = (end_run, run);
@@ -157,7 +157,7 @@ impl<'f, 'v, W: Observer> March<'_, 'f, 'v, W> {
     }
 
     /// Slices `from..to` are not needed: every pixel is finished.
-    fn finish(&mut self, from: i64, to: i64) {
+    fn count_finished(&mut self, from: i64, to: i64) {
         self.counters.finished += (to - from) as u64;
         self.observer.skipped(from, to, true);
     }
@@ -189,14 +189,14 @@ impl<'f, 'v, W: Observer> March<'_, 'f, 'v, W> {
 
     /// As [`March::slice`], but not inlined: for callers off the plain march, which alone has it inlined.
     #[inline(never)]
-    pub(super) fn one(&mut self, k: i64, frame: &'f Frame<'v>) {
+    pub(super) fn slice_not_inlined(&mut self, k: i64, frame: &'f Frame<'v>) {
         self.slice(k, frame);
     }
 
     /// After `slice` every pixel is finished: slices `rest` of its run are not needed.
     pub(super) fn stop(&mut self, slice: i64, rest: (i64, i64)) {
         self.ended = Some(slice);
-        self.finish(rest.0, rest.1);
+        self.count_finished(rest.0, rest.1);
     }
 
     /// Makes sure that the pixels hold where their rays enter and leave.

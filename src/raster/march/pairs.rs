@@ -63,27 +63,27 @@ impl BlockTransform {
 
 impl<'v, W: Observer> March<'_, '_, 'v, W> {
     /// Makes the values that slice `k` needs besides its own.
-    pub(super) fn before_pair(&mut self, k: i64, work: &PairStages<'v>) {
-        if !self.history.entries && k < self.range.last_first + work.lookback {
+    pub(super) fn before_pair(&mut self, k: i64, stages: &PairStages<'v>) {
+        if !self.history.entries && k < self.range.last_first + stages.lookback {
             self.history.entries = true;
             let depths = self.depths(|first, _, pixels, i| {
                 // With whole slabs at the ends, a ray's first piece has the value of its first slice throughout.
                 let piece = if self.work.ends == EndPieces::WholeBetween { 0.0 } else { f64::from(pixels.first_length[i]) };
                 first - piece
             });
-            self.fetch_each(&depths, work);
+            self.fetch_each(&depths, stages);
             self.batch.pixels.entry = self.batch.sample.value;
-            if work.lookback > 1 {
+            if stages.lookback > 1 {
                 let whole = self.work.ends == EndPieces::WholeBetween;
                 let first = self.depths(|first, _, pixels, i| first - if whole { 0.0 } else { 0.5 * f64::from(pixels.first_length[i]) });
-                self.fetch_each(&first, work);
+                self.fetch_each(&first, stages);
                 self.batch.pixels.middle[0] = self.batch.sample.value;
                 let second = self.depths(|first, _, _, _| first + 0.5);
-                self.fetch_each(&second, work);
+                self.fetch_each(&second, stages);
                 self.batch.pixels.middle[1] = self.batch.sample.value;
             }
         }
-        let earliest = (k - work.lookback).max(self.range.any.0);
+        let earliest = (k - stages.lookback).max(self.range.any.0);
         let ValueHistory { slice, run, .. } = self.history;
         // What is at hand already, if it reaches back far enough.
         let from = if run > 0 && slice >= earliest && slice - run < earliest { slice + 1 } else { earliest };
@@ -95,7 +95,7 @@ impl<'v, W: Observer> March<'_, '_, 'v, W> {
             let rows = if j >= self.range.whole.0 && j <= self.range.whole.1 { live } else { live & self.covered_rows() };
             self.batch.rows = rows;
             self.counters.fetches += u64::from(rows.count_ones()) * SIDE as u64;
-            for stage in &work.keep {
+            for stage in &stages.keep {
                 (stage.run)(self.work.frame, self.batch);
             }
             self.history.add(j);
@@ -104,7 +104,7 @@ impl<'v, W: Observer> March<'_, '_, 'v, W> {
     }
 
     /// The pieces between the last slices and the rays' exits.
-    pub(super) fn after_pairs(&mut self, work: &PairStages<'v>) {
+    pub(super) fn after_pairs(&mut self, stages: &PairStages<'v>) {
         let frame = self.work.frame;
         let left = &self.batch.pixels.transmittance;
         if self.work.ends == EndPieces::WholeBetween || !left.iter().any(|&t| t >= frame.blend.terminate) {
@@ -120,14 +120,14 @@ impl<'v, W: Observer> March<'_, '_, 'v, W> {
                 return;
             }
         }
-        self.fetch_each(&lasts, work);
+        self.fetch_each(&lasts, stages);
         self.batch.pixels.previous[0] = self.batch.sample.value;
-        if work.lookback > 1 {
+        if stages.lookback > 1 {
             let middles = array::from_fn(|i| 0.5 * (lasts[i] + exits[i]));
-            self.fetch_each(&middles, work);
+            self.fetch_each(&middles, stages);
             self.batch.pixels.middle[1] = self.batch.sample.value;
         }
-        self.fetch_each(&exits, work);
+        self.fetch_each(&exits, stages);
         let mut mask = 0u64;
         for i in 0..BATCH {
             let (first, last) = (self.batch.pixels.first[i], self.batch.pixels.last[i]);
@@ -149,7 +149,7 @@ impl<'v, W: Observer> March<'_, '_, 'v, W> {
         self.counters.batches += 1;
         self.counters.exits += 1;
         self.observer.slice(frame, self.batch);
-        for stage in &work.exit {
+        for stage in &stages.exit {
             (stage.run)(frame, self.batch);
             self.observer.stage(stage.id, frame, self.batch);
         }
@@ -165,10 +165,10 @@ impl<'v, W: Observer> March<'_, '_, 'v, W> {
         })
     }
 
-    fn fetch_each(&mut self, depths: &[f64; BATCH], work: &PairStages<'v>) {
+    fn fetch_each(&mut self, depths: &[f64; BATCH], stages: &PairStages<'v>) {
         self.transform.place_each(depths, self.work.frame, self.batch);
         self.batch.rows = u8::MAX;
         self.counters.fetches += BATCH as u64;
-        (work.fetch.run)(self.work.frame, self.batch);
+        (stages.fetch.run)(self.work.frame, self.batch);
     }
 }

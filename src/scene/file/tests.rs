@@ -319,7 +319,10 @@ fn bad_scenes_say_what_is_wrong_and_where() {
         ("[slices]\naccumulation = \"compensated\"\nslab = \"riemann\"", "line 4: slices accumulation compensated"),
         ("[opengl]\nwrap = \"repeat\"", "line 4: opengl.wrap: is for render.profile = \"opengl\" alone"),
         ("[render]\ntarget = \"unorm16\"", "line 4: render target unorm16: is for the profile opengl"),
-        ("[render]\nlinear_light = true\nprofile = \"opengl\"", "line 4: render linear_light: the profile opengl blends the display's numbers"),
+        (
+            "[render]\nlinear_light = true\nprofile = \"opengl\"",
+            "line 4: render linear_light: the profile opengl blends the display's numbers",
+        ),
         ("[render]\nblend = \"max\"", "line 4: render.blend: unknown variant `max`"),
         ("[render]\nlevel = 3", "line 4: render.level: is for render.blend = \"iso\" alone"),
         ("[render]\nthreshold = 3", "line 4: render.threshold: is for render.blend = \"lmip\" alone"),
