@@ -50,10 +50,11 @@ pub(super) fn catch_signals() -> anyhow::Result<()> {
 /// Work is over, and nothing is written yet: from here Ctrl-C ends the process at once, and so does one that came just before.
 ///
 /// # Errors
-/// [`slicestack::Error::Stopped`] in that case.
-pub(super) fn rendered() -> slicestack::Result<()> {
+/// In that case.
+pub(super) fn rendered() -> anyhow::Result<()> {
     enter(Phase::Idle);
-    if STOP.load(Ordering::SeqCst) { Err(slicestack::Error::Stopped) } else { Ok(()) }
+    anyhow::ensure!(!STOP.load(Ordering::SeqCst), "stopped");
+    Ok(())
 }
 
 /// A bar on stderr where that is a terminal; everywhere: the ear for Ctrl-C.
