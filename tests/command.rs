@@ -339,7 +339,7 @@ fn inputs_and_files_that_are_no_pictures_are_never_replaced() {
         (&["render", "s.toml", "-o", "v.raw", "--format", "npy"], "v.raw: is there already and is no picture"),
         (&["render", "s.toml", "-o", "./notes.png"], "notes.png: is there already and is no picture"),
         (&["render", "s.toml", "-o", "p.png", "--stats", "s.toml"], "s.toml: would overwrite the input"),
-        (&["render", "s.toml", "-o", "p.png", "--stats", "notes.png"], "notes.png: is there already and is no JSON"),
+        (&["render", "s.toml", "-o", "p.png", "--stats", "notes.png"], "notes.png: is there already and is no file of statistics"),
         (&["render", "s.toml", "-o", "p.png", "--stats", "p.png"], "p.png: picture and statistics cannot both go there"),
     ];
     for (args, told) in cases {

@@ -130,7 +130,7 @@ fn bad_input_is_told_in_one_line_and_leaves_nothing() {
         (&["-o", "no/such/place"], 1, &["no/such"]),
         (&["-o", "mine"], 2, &["index.html", "is no page"]),
         (&["-o", "-"], 2, &["folder"]),
-        (&["--json", "file.txt"], 2, &["file.txt", "no JSON"]),
+        (&["--json", "file.txt"], 2, &["file.txt", "no record"]),
         (&["--json", "no/r.json"], 1, &["no/r.json"]),
         (&["--render.profile", "opengl"], 1, &["profile opengl"]),
         (&["--camera.azimuth", "north"], 2, &["camera.azimuth"]),

@@ -67,7 +67,7 @@ pub(super) fn run(args: &ExplainArgs) -> Result<()> {
         picture.spare("picture", |start| Format::of_start(start) == Some(Format::Png), &inputs)?;
     }
     if let Some(json) = &json {
-        json.spare("JSON", is_record, &inputs)?;
+        json.spare("record", is_record, &inputs)?;
     }
     catch_signals()?;
 
@@ -75,7 +75,7 @@ pub(super) fn run(args: &ExplainArgs) -> Result<()> {
     let bar = Arc::new(Bar::new());
     let settings = Settings::new().limits(args.scene.limits()).progress(bar.clone());
     if let (Some(path), Some(json)) = (scene_file.volume().path(), &json) {
-        json.spare("JSON", is_record, &[path])?;
+        json.spare("record", is_record, &[path])?;
     }
     let volume = scene_file.volume().load(&settings.limits)?;
     let (scene, mut warnings) = scene_file.to_scene(&volume)?;

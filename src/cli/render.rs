@@ -81,7 +81,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
     let inputs: Vec<&Path> = args.scene.input.as_deref().into_iter().collect();
     sink.spare("picture", is_picture, &inputs)?;
     if let Some(stats_sink) = &stats_sink {
-        stats_sink.spare("JSON", is_statistics, &inputs)?;
+        stats_sink.spare("file of statistics", is_statistics, &inputs)?;
         if *stats_sink == sink {
             bail!(Usage(format!("{}: picture and statistics cannot both go there", args.output.display())));
         }
@@ -102,7 +102,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
     if let Some(path) = scene_file.volume().path() {
         sink.spare("picture", is_picture, &[path])?;
         if let Some(stats_sink) = &stats_sink {
-            stats_sink.spare("JSON", is_statistics, &[path])?;
+            stats_sink.spare("file of statistics", is_statistics, &[path])?;
         }
     }
     let volume = scene_file.volume().load(&settings.limits)?;
