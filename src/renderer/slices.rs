@@ -50,8 +50,8 @@ impl Renderer {
         let data = self.cache.volume_data(&volume, domain, &mut job.clock);
         crate::lean::check(scene, data.bricks.non_finite)?;
         let subject = Subject { scene, volume: &volume, data: &data, stack, terminate, level: self.level, observed: O::OBSERVES, domain };
-        let mut plan = FramePlan::new(subject, &mut self.cache.keeper(&volume, &data, &mut job.clock));
-        let planned = std::mem::take(&mut plan.left_out);
+        let plan = FramePlan::new(subject, &mut self.cache.keeper(&volume, &data, &mut job.clock));
+        let planned = plan.left_out.clone();
         let counters = match job.output {
             Output::Picture => self.execute(job, &plan, blocks, &OverBackground::new(scene, &plan.needs.method), pixels)?,
             Output::Layer => self.execute(job, &plan, blocks, &AsLayer, pixels)?,
