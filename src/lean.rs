@@ -3,7 +3,7 @@
 //! Such a build has no fog, no clip planes, no slabs between slices and no check for voxels that are NaN, neither as stages nor
 //! as questions asked on the way; it refuses scenes that want them. It is for `.ci/instructions.py` and for nobody else.
 
-use crate::scene::{Scene, StageId};
+use crate::scene::{OptionalStage, Scene};
 use crate::{Error, Result};
 
 /// Whether this is such a build.
@@ -17,7 +17,7 @@ pub(crate) fn extra<T>(part: Option<T>) -> Option<T> {
 
 /// Refuses what a lean build would draw wrongly.
 pub(crate) fn check(scene: &Scene, non_finite: usize) -> Result<()> {
-    let plain = StageId::wanted(scene).next().is_none()
+    let plain = OptionalStage::wanted(scene).next().is_none()
         && scene.clip_planes().is_empty()
         && !scene.method().is_pre_integrated()
         && !scene.method().merge

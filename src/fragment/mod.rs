@@ -36,7 +36,7 @@ pub(crate) use span::{Span, SpanPair};
 pub(crate) use texcoord::{Texcoord, TexcoordFar, TexcoordPart};
 
 use crate::lanes::Level;
-use crate::scene::{Scene, StageId};
+use crate::scene::{OptionalStage, Scene, StageId};
 
 /// What a stage does to a batch, compiled for one instruction set.
 pub(crate) type Run<'v> = fn(&Frame<'v>, &mut Batch);
@@ -73,20 +73,10 @@ impl OptionalFrame {
     }
 }
 
-/// The kernel of a stage that scenes may ask for (see [`crate::scene::StageOption`]); `None` where `scene` does not, and for stages that the
-/// plan places by itself.
-pub(crate) fn optional_kernel<'v>(id: StageId, scene: &Scene, pieces: Pieces, level: Level) -> Option<Run<'v>> {
-    match id {
-        StageId::Fog => Some(fog::kernel(scene.fog()?.distance(), pieces, level)),
-        StageId::Span
-        | StageId::Texcoord
-        | StageId::Fetch
-        | StageId::Guard
-        | StageId::Keep
-        | StageId::Classify
-        | StageId::Correct
-        | StageId::Mask
-        | StageId::Blend => None,
+/// The kernel of a stage that scenes may ask for; `None` where `scene` does not.
+pub(crate) fn optional_kernel<'v>(stage: OptionalStage, scene: &Scene, pieces: Pieces, level: Level) -> Option<Run<'v>> {
+    match stage {
+        OptionalStage::Fog => Some(fog::kernel(scene.fog()?.distance(), pieces, level)),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::needs::{BlendKind, Needs};
 use crate::lanes::BATCH;
-use crate::scene::{Fits, FogDistance, Order, Scene, StageId};
+use crate::scene::{Fits, FogDistance, OptionalStage, Order, Scene};
 use crate::tally::{Counters, LeftOut, Tally};
 use crate::volume::{Volume, VoxelType};
 
@@ -59,10 +59,10 @@ pub(crate) fn planned(scene: &Scene, volume: &Volume, needs: &Needs, loads: u64)
     let mut list: Vec<Planned> = Vec::new();
     let mut add = |what: &str, why: &str, saving: Saving| list.push(Planned::new(what, why, saving));
     let colors = needs.colors();
-    for (stage, option) in StageId::options() {
+    for (stage, option) in OptionalStage::ALL.map(|stage| (stage.info(), stage.option())) {
         match option.projections {
-            _ if !(option.wanted)(scene) => add(stage.name(), option.absent, lanes("lanes")),
-            Fits::No(why) if !colors => add(stage.name(), why, lanes("lanes")),
+            _ if !(option.wanted)(scene) => add(stage.name, option.absent, lanes("lanes")),
+            Fits::No(why) if !colors => add(stage.name, why, lanes("lanes")),
             _ => {}
         }
     }
@@ -105,7 +105,7 @@ pub(crate) fn planned(scene: &Scene, volume: &Volume, needs: &Needs, loads: u64)
         add("early termination", why, Saving::Unknown);
     }
     if !needs.skip {
-        let stages = || StageId::wanted(scene).find_map(|(_, option)| (option.shows_in_empty_space)(scene));
+        let stages = || OptionalStage::wanted(scene).find_map(|stage| (stage.option().shows_in_empty_space)(scene));
         let why = if colors { stages().unwrap_or("every fragment counts") } else { "every value counts in this projection" };
         add("skipping of empty space", why, Saving::Unknown);
     }

@@ -4,7 +4,7 @@ use super::scaling::Scaling;
 use crate::lean::{LEAN, extra};
 use crate::proxy::Stack;
 use crate::scene::{
-    Accumulation, Blend, Classification, Ends, Filter, Fits, Fog, FogDistance, Method, Order, Scene, SlabForm, StageId, Target,
+    Accumulation, Blend, Classification, Ends, Filter, Fits, Fog, FogDistance, Method, OptionalStage, Order, Scene, SlabForm, Target,
 };
 use crate::volume::Volume;
 
@@ -66,7 +66,7 @@ impl Needs {
             Accumulation::Plain => false,
             Accumulation::Compensated => true,
         };
-        let everywhere = StageId::wanted(scene).any(|(_, option)| (option.shows_in_empty_space)(scene).is_some());
+        let everywhere = OptionalStage::wanted(scene).any(|stage| (stage.option().shows_in_empty_space)(scene).is_some());
         let skip = colors && !everywhere;
         let ends = match (method.is_pre_integrated(), method.ends) {
             (false, Ends::Partial) => EndPieces::Partial,
@@ -177,7 +177,7 @@ pub(crate) fn method(scene: &Scene) -> Method {
     match scene.blend() {
         // From back to front the transmittance before a slab is not known yet; and a stage may need every slab.
         Blend::Over => {
-            let fits = StageId::wanted(scene).all(|(_, option)| option.merging == Fits::Yes);
+            let fits = OptionalStage::wanted(scene).all(|stage| stage.option().merging == Fits::Yes);
             Method { merge: method.merge && fits && scene.blending_order() == Order::FrontToBack, ..method }
         }
         // Nothing is hidden, so nothing is rounded on the way.

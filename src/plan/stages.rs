@@ -100,11 +100,10 @@ impl Kernels<'_> {
             StageId::Blend => (of != For::Keep).then(|| self.blend()),
             // Runs before the lists.
             StageId::Span => None,
-            // Those that scenes may ask for.
-            optional => {
+            StageId::Optional(stage) => {
                 let pieces = if of == For::Behind { Pieces::BehindSlices } else { Pieces::OnSlice };
-                let runs = of != For::Keep && (colors || optional.info().option.is_some_and(|o| o.projections == Fits::Yes));
-                if runs && !LEAN { optional_kernel(optional, self.scene, pieces, level) } else { None }
+                let runs = of != For::Keep && (colors || stage.option().projections == Fits::Yes);
+                if runs && !LEAN { optional_kernel(stage, self.scene, pieces, level) } else { None }
             }
         }
     }

@@ -3,7 +3,7 @@
 use super::field::{Corners, corners, cubic};
 use super::panel::{DARK, Distance, Gathered, Haze, Piece, PieceFog, Quadrature};
 use super::segments::Segments;
-use crate::scene::{Blend, Fog, FogDistance, FogMode, FogWeighting, Premultiplied, Scene, StageId, Straight, TransferFunction, View};
+use crate::scene::{Blend, Fog, FogDistance, FogMode, FogWeighting, OptionalStage, Premultiplied, Scene, Straight, TransferFunction, View};
 use crate::volume::Volume;
 use crate::{Error, Result};
 use glam::DVec3;
@@ -257,22 +257,12 @@ impl<'a> Integrator<'a> {
 /// [`Error::Invalid`] for what the integral has no limit of.
 fn follow(scene: &Scene) -> Result<Option<Fog>> {
     let mut fog = None;
-    for (stage, _) in StageId::wanted(scene) {
+    for stage in OptionalStage::wanted(scene) {
         match stage {
-            StageId::Fog if scene.fog().is_some_and(|f| f.weighting() == FogWeighting::Literal) => {
+            OptionalStage::Fog if scene.fog().is_some_and(|f| f.weighting() == FogWeighting::Literal) => {
                 return Err(Error::invalid("fog weighting literal depends on the number of slices: there is no reference for it"));
             }
-            StageId::Fog => fog = scene.fog().copied(),
-            // Scenes do not ask for these: they are what the integral is made of, or belong to slices alone.
-            StageId::Span
-            | StageId::Texcoord
-            | StageId::Fetch
-            | StageId::Guard
-            | StageId::Keep
-            | StageId::Classify
-            | StageId::Correct
-            | StageId::Mask
-            | StageId::Blend => {}
+            OptionalStage::Fog => fog = scene.fog().copied(),
         }
     }
     Ok(fog)

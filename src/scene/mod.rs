@@ -31,7 +31,7 @@ pub use opengl::{
     TextureFormat, Wrap,
 };
 pub use preset::Preset;
-pub use stage::{Fits, Quantity, StageId, StageInfo, StageOption};
+pub use stage::{Fits, OptionalStage, Quantity, StageId, StageInfo, StageOption};
 pub use transfer::TransferFunction;
 
 use crate::{Error, Result};
@@ -310,7 +310,7 @@ impl Scene {
 
     /// The scene itself, unless it asks for what its profile does not have.
     fn agreed(self) -> Result<Self> {
-        for (_, option) in StageId::wanted(&self) {
+        for option in OptionalStage::wanted(&self).map(OptionalStage::option) {
             let checks = [
                 (self.opengl.is_some(), option.opengl, "the profile opengl"),
                 (self.method.is_pre_integrated(), option.pairs, "pre-integrated classification"),

@@ -1,12 +1,13 @@
 //! The stages that fragments go through, each declared once.
 //!
 //! A stage is a step that 64 fragments take together: see `fragment`. Every room that has to know of one reads this list: the plan (which
-//! stages run, and what is said of those that do not), the checks of a [`Scene`], the record and the page of `explain`. The kernel of a stage that scenes may ask for is in `fragment`, what the truth does about it in `reference`; both match on
-//! [`StageId`] without a wildcard, and so does `opengl`, so that a stage without an answer there does not compile.
+//! stages run, and what is said of those that do not), the checks of a [`Scene`], the record and the page of `explain`. The kernel of a stage
+//! that scenes may ask for is in `fragment`, what the truth does about it in `reference`, whether OpenGL draws it in `opengl`: all three match
+//! on [`OptionalStage`] without a wildcard, so that a stage without an answer there does not compile.
 //!
-//! To add a stage that scenes may ask for: a variant here with its [`StageInfo`]; a setting in [`Scene`] whose setter returns a `Result` and
-//! ends with `agreed`, which checks what it goes together with (see `with_linear_light`); its key in the scene file; its kernel
-//! in `fragment`, what the truth does about it in `reference`.
+//! To add a stage that scenes may ask for: a variant of [`OptionalStage`] here, with its [`StageInfo`] and [`StageOption`]; a setting in
+//! [`Scene`] whose setter returns a `Result` and ends with `agreed`, which checks what it goes together with (see `with_linear_light`); its key
+//! in the scene file; its kernel in `fragment`; the answers of `reference` and `opengl`.
 
 use super::{FogWeighting, Scene};
 
@@ -28,12 +29,20 @@ pub enum StageId {
     Classify,
     /// Opacity for the true length of a piece of the ray.
     Correct,
-    /// Fog between the eye and a fragment.
-    Fog,
+    /// A stage that scenes may ask for.
+    Optional(OptionalStage),
     /// Fragments that are not covered become transparent.
     Mask,
     /// Fragments are added to what their pixels have gathered.
     Blend,
+}
+
+/// A stage that scenes may ask for, in the order that fragments go through them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[non_exhaustive]
+pub enum OptionalStage {
+    /// Fog between the eye and a fragment.
+    Fog,
 }
 
 /// What a stage may set in a batch.
@@ -69,7 +78,7 @@ pub enum Fits {
     No(&'static str),
 }
 
-/// Everything about a stage but its kernel.
+/// What a stage is called, does and sets.
 #[derive(Debug, Clone, Copy)]
 #[non_exhaustive]
 pub struct StageInfo {
@@ -79,8 +88,6 @@ pub struct StageInfo {
     pub about: &'static str,
     /// What it sets.
     pub sets: &'static [Quantity],
-    /// What a stage that scenes ask for answers for itself; `None` for stages that the plan places by itself.
-    pub option: Option<StageOption>,
 }
 
 /// What a stage that scenes may ask for answers for itself.
@@ -116,12 +123,12 @@ impl StageId {
         Self::Keep,
         Self::Classify,
         Self::Correct,
-        Self::Fog,
+        Self::Optional(OptionalStage::Fog),
         Self::Mask,
         Self::Blend,
     ];
 
-    /// Everything about the stage.
+    /// What it is called, does and sets.
     pub const fn info(self) -> StageInfo {
         use Quantity::{Alpha, Cell, Color, Covered, Length, Sum, Transmittance, Value, Weight};
         match self {
@@ -129,71 +136,37 @@ impl StageId {
                 name: "span",
                 about: "compares the slice with the first and last slice of each pixel's ray",
                 sets: &[Covered, Length],
-                option: None,
             },
             Self::Texcoord => StageInfo {
                 name: "texcoord",
                 about: "finds the cell of eight voxels that each fragment lies in, and where in it",
                 sets: &[Cell, Weight],
-                option: None,
             },
-            Self::Fetch => StageInfo {
-                name: "fetch",
-                about: "loads the voxels around each fragment and interpolates between them",
-                sets: &[Value],
-                option: None,
-            },
-            Self::Guard => StageInfo {
-                name: "guard",
-                about: "leaves out fragments whose value is NaN or infinite",
-                sets: &[Value, Covered],
-                option: None,
-            },
-            Self::Keep => {
-                StageInfo { name: "keep", about: "keeps the values of a slice for the slab behind it", sets: &[Value], option: None }
+            Self::Fetch => {
+                StageInfo { name: "fetch", about: "loads the voxels around each fragment and interpolates between them", sets: &[Value] }
             }
+            Self::Guard => {
+                StageInfo { name: "guard", about: "leaves out fragments whose value is NaN or infinite", sets: &[Value, Covered] }
+            }
+            Self::Keep => StageInfo { name: "keep", about: "keeps the values of a slice for the slab behind it", sets: &[Value] },
             Self::Classify => StageInfo {
                 name: "classify",
                 about: "looks colour and opacity of the slab up in the transfer function's table",
                 sets: &[Color, Alpha],
-                option: None,
             },
             Self::Correct => StageInfo {
                 name: "correct",
                 about: "turns the opacity of a slab into that of the true length of the ray's piece",
                 sets: &[Color, Alpha],
-                option: None,
             },
-            Self::Fog => StageInfo {
-                name: "fog",
-                about: "mixes the colour with the fog's, the more the farther away",
-                sets: &[Color],
-                option: Some(StageOption {
-                    key: "fog mode",
-                    wanted: |scene| scene.fog().is_some(),
-                    absent: "the scene has none",
-                    projections: Fits::No("values are projected, colours are not blended"),
-                    merging: Fits::Yes,
-                    pairs: Fits::Yes,
-                    opengl: Fits::Yes,
-                    // Literal fog adds its colour whatever a fragment's opacity: that is its mistake, and it is reproduced.
-                    shows_in_empty_space: |scene| {
-                        let literal = scene.fog().is_some_and(|f| f.weighting() == FogWeighting::Literal);
-                        literal.then_some("literal fog lights up empty slices too")
-                    },
-                }),
-            },
-            Self::Mask => StageInfo {
-                name: "mask",
-                about: "makes fragments that the slice does not cover transparent",
-                sets: &[Color, Alpha],
-                option: None,
-            },
+            Self::Optional(stage) => stage.info(),
+            Self::Mask => {
+                StageInfo { name: "mask", about: "makes fragments that the slice does not cover transparent", sets: &[Color, Alpha] }
+            }
             Self::Blend => StageInfo {
                 name: "blend",
                 about: "adds the slab's colour, dimmed by what lies before it, to the pixel",
                 sets: &[Sum, Transmittance],
-                option: None,
             },
         }
     }
@@ -202,15 +175,44 @@ impl StageId {
     pub const fn name(self) -> &'static str {
         self.info().name
     }
+}
 
-    /// Stages that scenes may ask for, and what they answer for themselves.
-    pub fn options() -> impl Iterator<Item = (Self, StageOption)> {
-        Self::ALL.into_iter().filter_map(|id| id.info().option.map(|option| (id, option)))
+impl OptionalStage {
+    /// All of them, in their order.
+    pub const ALL: [Self; 1] = [Self::Fog];
+
+    /// What it is called, does and sets.
+    pub const fn info(self) -> StageInfo {
+        match self {
+            Self::Fog => {
+                StageInfo { name: "fog", about: "mixes the colour with the fog's, the more the farther away", sets: &[Quantity::Color] }
+            }
+        }
     }
 
-    /// The stages that `scene` asks for.
-    pub fn wanted(scene: &Scene) -> impl Iterator<Item = (Self, StageOption)> + '_ {
-        Self::options().filter(|(_, option)| (option.wanted)(scene))
+    /// What it answers for itself.
+    pub fn option(self) -> StageOption {
+        match self {
+            Self::Fog => StageOption {
+                key: "fog mode",
+                wanted: |scene| scene.fog().is_some(),
+                absent: "the scene has none",
+                projections: Fits::No("values are projected, colours are not blended"),
+                merging: Fits::Yes,
+                pairs: Fits::Yes,
+                opengl: Fits::Yes,
+                // Literal fog adds its colour whatever a fragment's opacity: that is its mistake, and it is reproduced.
+                shows_in_empty_space: |scene| {
+                    let literal = scene.fog().is_some_and(|f| f.weighting() == FogWeighting::Literal);
+                    literal.then_some("literal fog lights up empty slices too")
+                },
+            },
+        }
+    }
+
+    /// Those that `scene` asks for.
+    pub fn wanted(scene: &Scene) -> impl Iterator<Item = Self> + '_ {
+        Self::ALL.into_iter().filter(|stage| (stage.option().wanted)(scene))
     }
 }
 
@@ -238,6 +240,8 @@ mod tests {
     #[test]
     fn stages_are_in_order_and_have_names_of_their_own() {
         assert!(StageId::ALL.windows(2).all(|w| w[0] < w[1]));
+        let optional: Vec<StageId> = OptionalStage::ALL.map(StageId::Optional).to_vec();
+        assert_eq!(StageId::ALL.iter().copied().filter(|id| matches!(id, StageId::Optional(_))).collect::<Vec<_>>(), optional);
         let mut names: Vec<&str> = StageId::ALL.iter().map(|id| id.name()).collect();
         names.sort_unstable();
         names.dedup();

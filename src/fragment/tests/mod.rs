@@ -61,7 +61,7 @@ fn twins(id: StageId) -> &'static [fn()] {
             pair::pairs_of_second_order_with_a_fine_table,
         ],
         StageId::Correct => &[shade::correct, shade::correct_riemann],
-        StageId::Fog => &[shade::fog_of_a_slice, shade::fog_by_distance, shade::fog_of_each_fragment],
+        StageId::Optional(OptionalStage::Fog) => &[shade::fog_of_a_slice, shade::fog_by_distance, shade::fog_of_each_fragment],
         StageId::Mask => &[shade::mask],
         StageId::Blend => &[
             blend::front_to_back,
