@@ -23,7 +23,7 @@ pub(crate) use draw::Pipeline;
 pub(crate) use table::Table;
 pub(crate) use texture::{Texture, TextureKey, Values};
 
-use crate::scene::{OpenGl, OptionalStage, Scene};
+use crate::scene::{Fits, OpenGl, OptionalStage, Scene};
 use crate::tally::LeftOut;
 use crate::volume::{BoxConvention, Volume};
 use crate::{Error, Result};
@@ -64,14 +64,6 @@ pub(crate) fn check_matrix(state: &OpenGl, volume: &Volume) -> Result<()> {
     Ok(())
 }
 
-/// Whether this pipeline draws a stage that scenes may ask for: it has to where [`crate::scene::StageOption::opengl`] says yes. The match has no
-/// wildcard, so that a stage without an answer here does not compile.
-const fn is_drawn(stage: OptionalStage) -> bool {
-    match stage {
-        OptionalStage::Fog => true,
-    }
-}
-
 /// What the pipeline leaves out of a scene, or cannot.
 pub(crate) fn left_out(scene: &Scene, state: &OpenGl) -> Vec<LeftOut> {
     let mut list = vec![
@@ -80,7 +72,7 @@ pub(crate) fn left_out(scene: &Scene, state: &OpenGl) -> Vec<LeftOut> {
         ("opacity correction", "whole slabs of one thickness: the table holds it"),
         ("vector stages", "fragments are drawn one by one"),
     ];
-    let stages = OptionalStage::ALL.into_iter().filter(|&stage| is_drawn(stage) && !(stage.option().wanted)(scene));
+    let stages = OptionalStage::ALL.into_iter().filter(|stage| stage.option().opengl == Fits::Yes && !(stage.option().wanted)(scene));
     list.extend(stages.map(|stage| (stage.info().name, stage.option().absent)));
     if scene.clip_planes().is_empty() {
         list.push(("clip planes", "the scene has none"));

@@ -2,12 +2,12 @@
 //!
 //! A stage is a step that 64 fragments take together: see `fragment`. Every room that has to know of one reads this list: the plan (which
 //! stages run, and what is said of those that do not), the checks of a [`Scene`], the record and the page of `explain`. The kernel of a stage
-//! that scenes may ask for is in `fragment`, what the truth does about it in `reference`, whether OpenGL draws it in `opengl`: all three match
-//! on [`OptionalStage`] without a wildcard, so that a stage without an answer there does not compile.
+//! that scenes may ask for is in `fragment`, what the truth does about it in `reference`: both match on [`OptionalStage`] without a wildcard, so
+//! that a stage without an answer there does not compile.
 //!
 //! To add a stage that scenes may ask for: a variant of [`OptionalStage`] here, with its [`StageInfo`] and [`StageOption`]; a setting in
 //! [`Scene`] whose setter returns a `Result` and ends with `agreed`, which checks what it goes together with (see `with_linear_light`); its key
-//! in the scene file; its kernel in `fragment`; the answers of `reference` and `opengl`.
+//! in the scene file; its kernel in `fragment`; the answer of `reference`. One that OpenGL draws too is drawn in `opengl`.
 
 use super::{FogWeighting, Scene};
 
