@@ -14,8 +14,8 @@ pub struct Pass {
     pub last: bool,
 }
 
-/// Sides of squares, pass by pass.
-const SQUARES: [u32; 3] = [4, 2, 1];
+/// Sides of squares of the coarse passes.
+const SQUARES: [u32; 2] = [4, 2];
 /// Slices of a coarse pass, where the scene asks for an error instead of a number.
 const COARSE: u64 = 64;
 /// Fewest slices of a coarse pass, unless the scene has fewer.
@@ -23,7 +23,7 @@ const FEWEST: u64 = 16;
 
 impl Renderer {
     /// As [`Renderer::render_into`], coarse at first: `each` hears of every pass while `pixels` hold what it made. Where it returns
-    /// `false`, no further pass is made, and the picture stays as it is.
+    /// `false`, no further pass is made, and `pixels` stay as they are.
     ///
     /// # Errors
     /// As [`Renderer::render_into`]; [`Error::Stopped`] also where `each` returns false before the last pass.
@@ -34,18 +34,15 @@ impl Renderer {
         mut each: impl FnMut(Pass, &[[f32; 4]]) -> bool,
     ) -> Result<RenderStats> {
         check_size(scene, pixels)?;
-        let (width, height) = scene.size();
+        let width = scene.size().0 as usize;
         for square in SQUARES {
-            if square == 1 {
-                break;
-            }
             let coarse = coarse(scene, square)?;
             let (w, h) = coarse.size();
             let mut scratch = std::mem::take(&mut self.scratch);
             scratch.resize(w as usize * h as usize, [0.0; 4]);
             let done = self.render_into(&coarse, &mut scratch);
             if done.is_ok() {
-                spread(&scratch, w as usize, square as usize, pixels, width as usize);
+                spread(&scratch, w as usize, square as usize, pixels, width);
             }
             self.scratch = scratch;
             done?;
@@ -53,7 +50,6 @@ impl Renderer {
                 return Err(Error::Stopped);
             }
         }
-        debug_assert_eq!(pixels.len(), width as usize * height as usize);
         let stats = self.render_into(scene, pixels)?;
         each(Pass { square: 1, last: true }, pixels);
         Ok(stats)
