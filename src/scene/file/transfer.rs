@@ -1,7 +1,7 @@
 //! The section `[transfer]`: from values to colour and opacity.
 
 use super::schema::names;
-use super::section::{Context, Data, Rivals, choices};
+use super::section::{Context, Data, Given, Rivals, choices};
 use crate::scene::preset::{Landmarks, Preset, looks_hounsfield_plus_1024};
 use crate::scene::{Classification, ColorMap, Lighting, Method, TransferFunction};
 use crate::{Result, Volume};
@@ -100,6 +100,19 @@ impl TransferKeys {
             Some(length) => transfer.with_unit(length),
             None => Ok(transfer),
         }
+    }
+
+    /// The keys that say what values look like.
+    pub(super) fn given(&self) -> [Given; 7] {
+        [
+            ("transfer.preset", self.preset.is_some()),
+            ("transfer.colormap", self.colormap.is_some()),
+            ("transfer.range", self.range.is_some()),
+            ("transfer.color", self.color.is_some()),
+            ("transfer.opacity", self.opacity.is_some()),
+            ("transfer.gradient_opacity", self.gradient_opacity.is_some()),
+            ("transfer.opacity_unit", self.opacity_unit.is_some()),
+        ]
     }
 
     fn preset(&self, cx: &Context<'_>) -> Result<Option<Preset>> {
