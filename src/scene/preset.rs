@@ -81,6 +81,11 @@ impl Landmarks {
     }
 }
 
+/// Gradient that noise makes in CT, Hounsfield units per millimetre.
+const NOISE_OF_CT: f64 = 40.0;
+/// Gradient that noise makes in other data, as a share of the landmarks' range per voxel.
+const NOISE: f64 = 0.04;
+
 type Colors = &'static [(f64, [f64; 3])];
 type Opacities = &'static [(f64, f64)];
 
@@ -221,10 +226,28 @@ impl Preset {
         }
     }
 
-    /// The light that it comes in, for `volume`; `None` where it is meant to be seen without.
+    /// The light that it comes in, for `volume`: a head light, and a gradient below which surfaces count as noise. `None` where it is meant
+    /// to be seen without.
     pub fn lighting(self, volume: &Volume) -> Option<Lighting> {
-        let _ = volume;
-        None
+        if self == Self::XRay {
+            return None;
+        }
+        let (specular, shininess) = match self {
+            Self::CtBone | Self::CtSkinBone => (0.25, 24.0),
+            Self::CtAngio | Self::MrAngio => (0.35, 30.0),
+            _ => (0.15, 16.0),
+        };
+        let gradient_floor = if self.is_ct() {
+            NOISE_OF_CT
+        } else {
+            let marks = Landmarks::of(volume.statistics());
+            let (range, spacing) = (marks.high - marks.background, volume.grid().smallest_spacing());
+            Some(NOISE * range / spacing).filter(|g| g.is_finite()).unwrap_or(0.0)
+        };
+        let mut lighting = Lighting::default();
+        (lighting.ambient, lighting.specular, lighting.shininess) = (0.3, specular, shininess);
+        lighting.gradient_floor = gradient_floor;
+        Some(lighting)
     }
 
     /// Whether the preset makes sense for `volume`.
