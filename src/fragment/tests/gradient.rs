@@ -359,7 +359,7 @@ pub(super) fn opacity() {
             before.slab.alpha[i] = depth;
             (0..3).for_each(|c| before.slab.color[c][i] = n.unit32() * depth);
             if n.bits() % 5 == 0 {
-                before.gradient.size[i] = [0.0, f32::MAX, 1e-30, (10.0 / unit) as f32, (60.0 / unit) as f32][n.bits() as usize % 5];
+                before.gradient.size[i] = [0.0, 1e30, 1e-30, (10.0 / unit) as f32, (60.0 / unit) as f32][n.bits() as usize % 5];
             }
         }
         frame.optional.gradient = Some(gradient);
@@ -373,9 +373,9 @@ pub(super) fn opacity() {
                     continue;
                 }
                 let size = f64::from(before.gradient.size[i]) * unit;
-                // Where the rounding of a point's place decides, any factor between both sides will do.
+                // Where the rounding of a point's place decides, or it lies below f32's numbers, any factor between both sides will do.
                 let around = |g: f64| transfer.gradient_factor((g).max(0.0));
-                let near = 8.0 * ROUNDING * size;
+                let near = 8.0 * ROUNDING * size + 1e-37 * unit;
                 let sides = [around(size - near), around(size), around(size + near)];
                 let lowest = sides.iter().copied().fold(1.0, f64::min) - 8.0 * ROUNDING;
                 let highest = sides.iter().copied().fold(0.0, f64::max) + 8.0 * ROUNDING;

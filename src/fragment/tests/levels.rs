@@ -8,7 +8,7 @@ use crate::fragment::gradient::TakeGradient;
 use crate::fragment::gradient_opacity::WeighByGradient;
 use crate::fragment::light::{CueDepth, CueEach, Shade, ShadeEach};
 use crate::proxy::Stack;
-use crate::scene::{Camera, Gradient, Light, LightSource, Lighting, TransferFunction};
+use crate::scene::{Camera, Gradient, Light, LightSource, Lighting, Placement, Projection, TransferFunction};
 use crate::volume::Grid;
 use glam::DVec3;
 
@@ -69,8 +69,10 @@ fn light_up(frame: &mut Frame<'_>, round: usize) {
         [LightSource::Head, LightSource::Direction(DVec3::ONE), LightSource::Position(grid.center()), LightSource::Position(DVec3::Y)];
     let lights = sources[..1 + round % 4].iter().map(|&source| Light::new(source, [0.9, 0.4, 0.7]).expect("a light")).collect();
     let lighting = lighting.with_lights(lights).expect("four at most");
-    let camera = Camera::orbit(round as f64, 20.0).expect("a camera");
-    let camera = if round % 2 == 0 { camera } else { Camera::default() };
+    // From within the box: depths are those of the batches then.
+    let place = Placement::LookAt { eye: grid.center(), target: grid.center() + DVec3::new(3.0, 1.0, round as f64), up: DVec3::Y };
+    let projection = if round % 2 == 0 { Projection::Perspective { fov_y: 50.0 } } else { Projection::Orthographic { height: None } };
+    let camera = Camera::new(place, projection).expect("a camera");
     let view = camera.resolve(&grid, 64, 48).expect("numbers within f64");
     frame.optional.light = Some(LightingFrame::new(&lighting, Some(&gradient), &grid, &Stack::new(&grid, &view, &[], 30)));
     frame.optional.gradient = Some(gradient);
