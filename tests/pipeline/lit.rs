@@ -1,11 +1,12 @@
 //! Light and gradient opacity: closed forms, the reference, and scenes at the ends of their numbers.
 
-use super::convergence::{errors, order};
+use super::convergence::{errors, order, smooth_transfer, spread};
 use super::methods::cell;
 use super::{PARALLEL, WIDE, constant, fill, fill_as, oblique, orbit, render, smooth, telling};
 use glam::{DMat3, DVec3};
 use slicestack::scene::{
     Camera, Classification, ClipPlane, Gradient, Light, LightSource, Lighting, Method, Placement, Projection, Shading, Slicing, Straight,
+    TransferFunction,
 };
 use slicestack::volume::phantom::Phantom;
 use slicestack::volume::{BoxConvention, Grid, VoxelType, Voxels};
@@ -44,9 +45,9 @@ fn plane_waves_have_the_gradient_of_their_closed_form() {
     let dims = [14, 13, 12];
     let mirrored = Grid::with_spacing(dims, [1.0, -0.4, 2.3]).unwrap();
     for (grid, k) in [
-        (oblique(dims), DVec3::new(0.11, -0.05, 0.06)),
-        (oblique(dims), DVec3::new(-0.02, 0.1, 0.08)),
-        (mirrored, DVec3::new(0.07, 0.12, -0.05)),
+        (oblique(dims), DVec3::new(0.09, -0.04, 0.05)),
+        (oblique(dims), DVec3::new(-0.02, 0.08, 0.06)),
+        (mirrored, DVec3::new(0.05, 0.1, -0.04)),
     ] {
         let axes = [0, 1, 2].map(|a: usize| grid.index_to_world().matrix3.col(a));
         let to_covector = DMat3::from_cols(axes[0], axes[1], axes[2]).transpose().inverse();
@@ -98,7 +99,7 @@ fn a_spheres_normals_are_within_half_a_degree() {
         let at = |i: usize| grid.index_to_world().transform_point3(DVec3::new((i % 64) as f64, (i / 64 % 64) as f64, (i / 4096) as f64));
         let values: Vec<f32> = (0..64 * 64 * 64).map(|i| (radius - at(i).distance(center)) as f32).collect();
         let volume = Volume::new(grid.clone(), Voxels::F32(values.into())).unwrap();
-        let solid = slicestack::scene::TransferFunction::new(vec![(0.0, [1.0; 3])], vec![(0.0, 0.0), (0.0, 1.0)]).unwrap();
+        let solid = TransferFunction::new(vec![(0.0, [1.0; 3])], vec![(0.0, 0.0), (0.0, 1.0)]).unwrap();
         let way = DVec3::new(1.0, -0.4, 0.3).normalize();
         let place = Placement::LookAt { eye: center - way * 100.0, target: center, up: DVec3::Z };
         let camera = Camera::new(place, Projection::Orthographic { height: Some(2.2 * radius) }).unwrap();
@@ -123,7 +124,7 @@ fn a_spheres_normals_are_within_half_a_degree() {
             println!("{spacing:?} {kind:?}: {worst:.3} degrees of {seen} normals");
             // Within a cell the analytic gradient jumps from face to face, by about a voxel's part of the radius.
             let bound = if kind == Gradient::Analytic { 4.0 } else { 0.5 };
-            assert!(worst < bound && seen > 900, "{spacing:?} {kind:?}: {worst} degrees of {seen} normals");
+            assert!(worst < bound && seen > 850, "{spacing:?} {kind:?}: {worst} degrees of {seen} normals");
         }
     }
 }
@@ -153,7 +154,8 @@ fn lit_slabs_have_their_orders() {
         // Light is taken at the slice a slab ends at: that is what sets the order, whatever the slab's own is.
         ("pre-integrated", &lit, pairs, [32, 48, 64, 96, 128], 1.0),
         ("second order", &lit, second, [32, 48, 64, 96, 128], 1.0),
-        ("pre-integrated, depth", &deep, pairs, [32, 48, 64, 96, 128], 1.0),
+        // Depth is that of the slab's middle.
+        ("pre-integrated, depth", &deep, pairs, [16, 24, 32, 48, 64], 2.0),
     ] {
         let errors = errors(&volume, &scene.clone().with_method(method).unwrap(), &counts);
         let order = order(&counts, &errors);
@@ -167,25 +169,23 @@ fn lit_scenes_of_many_cells_converge() {
     // A smooth wave with matter up to the faces, seen through the three kinds of gradient; kinks at cell faces alone.
     let field = |[x, y, z]: [f64; 3]| 0.5 + 0.4 * (1.5 * x + 0.4).sin() * (1.2 * y - z).cos();
     let grid = Grid::with_spacing([20; 3], [1.0; 3]).unwrap().with_convention(BoxConvention::Nodes);
-    let volume = Volume::new(grid.clone(), fill::<f64>([20; 3], &field)).unwrap();
+    let volume = spread(grid.clone(), &field);
     let eye = grid.center() + DVec3::new(40.0, 9.0, 14.0);
-    let transfer =
-        slicestack::scene::TransferFunction::new(vec![(0.0, [0.1, 0.9, 0.3]), (1.0, [1.0, 0.2, 0.6])], vec![(0.0, 0.01), (1.0, 0.2)]);
     for (name, projection) in
         [("parallel", Projection::Orthographic { height: Some(10.0) }), ("perspective", Projection::Perspective { fov_y: 14.0 })]
     {
         let camera = Camera::new(Placement::LookAt { eye, target: grid.center(), up: DVec3::Z }, projection).unwrap();
-        let scene = Scene::new(transfer.clone().unwrap()).with_camera(camera).with_size(24, 20).unwrap().with_terminate(0.0).unwrap();
+        let scene = Scene::new(smooth_transfer(0.01)).with_camera(camera).with_size(24, 20).unwrap().with_terminate(0.0).unwrap();
         let near = LightSource::Position(grid.center() + DVec3::new(15.0, 20.0, 25.0));
-        let lit = in_light(&scene, &material(&[LightSource::Head, near], |m| (m.diffuse, m.gradient_floor) = (0.3, 0.02)));
+        let lit = in_light(&scene, &material(&[LightSource::Head, near], |m| (m.diffuse, m.gradient_floor) = (0.3, 80.0)));
         for kind in KINDS {
             let counts = [48, 96, 192, 384];
             let errors = errors(&volume, &lit.clone().with_gradient(kind), &counts);
             let order = order(&counts, &errors);
             println!("{name}, {kind:?}: order {order:.3}, errors {errors:?}");
             // Jumps at the cells' faces make the analytic gradient's error one of their number, not of the slabs' square.
-            let least = if kind == Gradient::Analytic { 1.0 } else { 1.85 };
-            assert!(order > least && order < 2.5 && errors[3] < 2e-4, "{name}, {kind:?}: order {order}, errors {errors:?}");
+            let least = if kind == Gradient::Analytic { 0.7 } else { 1.85 };
+            assert!(order > least && order < 2.15 && errors[3] < 2e-4, "{name}, {kind:?}: order {order}, errors {errors:?}");
         }
     }
 }
@@ -221,7 +221,7 @@ fn same_at_every_level(volume: &Volume, scene: &Scene) -> Picture {
 fn volumes_without_a_slope_keep_their_colors() {
     let lights = [LightSource::Head, LightSource::Position(DVec3::new(1.0, 2.0, 3.0))];
     for value in [0.0, 1.0, -3e38, 1e30, 1e300, 1e-310, 16_777_217.25] {
-        let transfer = slicestack::scene::TransferFunction::new(vec![(value, [0.25, 0.5, 0.75])], vec![(value, 0.3)]).unwrap();
+        let transfer = TransferFunction::new(vec![(value, [0.25, 0.5, 0.75])], vec![(value, 0.3)]).unwrap();
         for dims in [[4, 4, 4], [1, 5, 3], [1, 1, 1]] {
             let volume = Volume::new(oblique(dims), Voxels::F64(vec![value; dims.iter().product()].into())).unwrap();
             for (kind, method) in KINDS.into_iter().zip([Classification::Post, Classification::PreIntegrated, Classification::SecondOrder])
@@ -266,7 +266,7 @@ fn light_without_effect_is_the_unlit_picture() {
 fn well_formed(what: &str, volume: &Volume, scene: &Scene) -> Picture {
     let picture = same_at_every_level(volume, scene);
     for p in picture.pixels() {
-        let sound = p.iter().all(|c| (0.0..=1.0).contains(c)) && (0..3).all(|c| p[c] <= p[3] + 1e-6);
+        let sound = p.iter().all(|c| (0.0..=1.0).contains(c)) && (0..3).all(|c| p[c] <= p[3] + 4e-6);
         assert!(sound, "{what}: {p:?}");
     }
     picture
@@ -363,8 +363,8 @@ fn extreme(what: &str, volume: &Volume, low: f64, high: f64, lights: &[LightSour
         well_formed(what, volume, &lit);
         let pairs = Method::default().with_classification(Classification::PreIntegrated);
         well_formed(what, volume, &lit.clone().with_method(pairs).unwrap());
-        // Subnormal numbers have no steps fine enough.
-        if high - low > 1e-40 {
+        // Gradients below the normal numbers of f32 count as none.
+        if high - low > 1e-35 || volume.voxels().voxel_type() == VoxelType::F64 {
             let error = errors(volume, &lit, &[300])[0];
             assert!(error < 4e-3, "{what}, {kind:?}: {error}");
         }
