@@ -143,6 +143,37 @@ fn a_small_scene_becomes_a_page_numbers_and_plots() {
 }
 
 #[test]
+fn lit_scenes_tell_what_each_kind_of_gradient_costs() {
+    let dir = dir();
+    let out = run(
+        dir.path(),
+        &[&TINY[..], &["-o", "r", "--methods", "midpoint", "--light.ambient", "0.3", "--light.gradient_floor", "0.05"]].concat(),
+    );
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    let folder = dir.path().join("r");
+    let json: Value = serde_json::from_str(&read(folder.join("report.json"))).unwrap();
+    let rows = json["gradients"].as_array().unwrap();
+    assert_eq!(rows.iter().map(|r| r["kind"].as_str().unwrap()).collect::<Vec<_>>(), ["central", "analytic", "sobel"]);
+    for r in rows {
+        let (rms, bound) = (r["rms"].as_f64().unwrap(), r["reference_bound"].as_f64().unwrap());
+        assert!(rms > 0.0 && rms < 0.02 && bound < 1e-10 && r["seconds"].as_f64().unwrap() > 0.0, "{r}");
+    }
+    assert_eq!(agree(&folder.join("gradients.csv"), &json["gradients"]), 3);
+    assert!(read(folder.join("report.html")).contains("Kinds of gradient"));
+    // Opacity that depends on the gradient goes without slabs between two values: those methods are told as missing.
+    let weighted =
+        [&TINY[..], &["-o", "r", "--methods", "midpoint,pre-integrated", "--transfer.gradient_opacity", "[0, 0.1], [0.2, 1]"]].concat();
+    let out = run(dir.path(), &weighted);
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    let json: Value = serde_json::from_str(&read(folder.join("report.json"))).unwrap();
+    assert!(json["methods"][1]["missing"].as_str().unwrap().contains("gradient_opacity"), "{}", json["methods"]);
+    assert_eq!(json["gradients"].as_array().unwrap().len(), 3);
+    // Elsewhere there are none.
+    assert!(run(dir.path(), &[&TINY[..], &["-o", "r", "--methods", "midpoint"]].concat()).status.success());
+    assert!(csv(folder.join("gradients.csv")).is_empty() && !read(folder.join("report.html")).contains("Kinds of gradient"));
+}
+
+#[test]
 fn errors_fall_as_fast_as_a_smooth_scene_lets_them() {
     let dir = dir();
     let scene = "[volume]\nphantom = \"hydrogen\"\nsize = 24\n[camera]\nazimuth = 20\nelevation = 15\n[image]\nwidth = 40\nheight = 40\n\

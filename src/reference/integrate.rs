@@ -1,6 +1,7 @@
 //! The emission-absorption integral along the ray of one pixel.
 
 use super::field::{Corners, corners, cubic};
+use super::light::{Lights, LitRay};
 use super::panel::{DARK, Distance, Gathered, Haze, Piece, PieceFog, Quadrature};
 use super::segments::Segments;
 use crate::scene::{Blend, Fog, FogDistance, FogMode, FogWeighting, OptionalStage, Premultiplied, Scene, Straight, TransferFunction, View};
@@ -39,7 +40,8 @@ impl RayResult {
 ///
 /// Slices, their order and early termination play no part: this is the limit of ever more slices. Values are interpolated
 /// trilinearly between voxel centres, constant from the outermost centres to the faces of the box, then classified by the exact
-/// transfer function. Cells that touch a NaN or infinite voxel are transparent.
+/// transfer function. Cells that touch a NaN or infinite voxel are transparent. Light and gradient opacity see the exact gradient of the
+/// scene's kind; it is 0 where a voxel that it needs is NaN or infinite.
 #[derive(Debug, Clone)]
 pub struct Integrator<'a> {
     volume: &'a Volume,
@@ -52,6 +54,8 @@ pub struct Integrator<'a> {
     opacity_unit: f64,
     /// Whether colours are integrated as amounts of light, and pixels turned back into sRGB numbers.
     linear_light: bool,
+    /// Light, and opacity by the gradient, where the scene asks for either.
+    lights: Option<Lights<'a>>,
     quadrature: Quadrature,
 }
 
@@ -68,6 +72,10 @@ impl<'a> Integrator<'a> {
         }
         let mut fog = follow(scene)?;
         let mut transfer = scene.transfer().clone();
+        if scene.transfer2d().is_some() {
+            // Every value may show something: light and gradients tell what.
+            transfer = TransferFunction::new(vec![(0.0, [0.0; 3])], vec![(0.0, 0.5)])?;
+        }
         let mut background = background(scene);
         if scene.linear_light() {
             let color = transfer.color().iter().map(|&(value, rgb)| (value, rgb.map(light_of))).collect();
@@ -81,14 +89,16 @@ impl<'a> Integrator<'a> {
             background = fogged(lit.premultiply(), fog.filter(|_| scene.fogged_background()).as_ref());
         }
         let (width, height) = scene.size();
+        let view = scene.camera().resolve(volume.grid(), width, height)?;
         Ok(Self {
             volume,
-            view: scene.camera().resolve(volume.grid(), width, height)?,
+            lights: Lights::new(scene, volume, &view, |c| if scene.linear_light() { light_of(c) } else { c }),
+            view,
             segments: Segments::new(&transfer),
             planes: scene.clip_planes().iter().map(|p| (p.normal(), p.offset())).collect(),
             fog,
             background,
-            opacity_unit: scene.transfer().opacity_length(volume.grid()),
+            opacity_unit: scene.opacity_length(volume.grid()),
             linear_light: scene.linear_light(),
             quadrature: Quadrature::new(),
         })
@@ -172,7 +182,14 @@ impl<'a> Integrator<'a> {
             let low: [i64; 3] = std::array::from_fn(|axis| (middle[axis].floor() as i64).clamp(-1, grid.dims()[axis] as i64 - 1));
             let cell = corners(self.volume, low);
             let place = at + step * near - DVec3::new(low[0] as f64, low[1] as f64, low[2] as f64);
-            let walk = Walk { near, far, share: (far - near) / (exit - entry), length: (far - near) * stretch / self.opacity_unit };
+            let walk = Walk {
+                near,
+                far,
+                share: (far - near) / (exit - entry),
+                length: (far - near) * stretch / self.opacity_unit,
+                low,
+                ray: LitRay { start: origin + direction * near, way: direction * (far - near), depth: near, depth_step: far - near },
+            };
             self.cell(&cell, place, step * (far - near), &walk, distance, gathered);
             near = far;
         }
@@ -194,6 +211,8 @@ impl<'a> Integrator<'a> {
         if !field.0.iter().all(|c| c.is_finite()) {
             return;
         }
+        let mut lit = self.lights.as_ref().map(|lights| lights.on(&walk.ray, walk.low, place.to_array(), step.to_array()));
+        let cuts = lit.as_ref().map_or_else(Vec::new, |lit| lit.cuts(&field));
         let mut add = |position: usize, a: f64, b: f64| {
             if self.segments.transparent(position, position) || b <= a {
                 return;
@@ -205,8 +224,15 @@ impl<'a> Integrator<'a> {
                 depth: walk.near,
                 depth_step: walk.far - walk.near,
             });
-            let piece = Piece { field: &field, segment: self.segments.segment(position), length: walk.length, fog };
-            self.quadrature.gather(&piece, a, b, TOLERANCE * walk.share, gathered);
+            let mut start = a;
+            for end in cuts.iter().copied().filter(|&s| s > a && s < b).chain([b]) {
+                if let Some(lit) = &mut lit {
+                    lit.enter(0.5 * (start + end));
+                }
+                let piece = Piece { field: &field, segment: self.segments.segment(position), length: walk.length, fog, lit: lit.as_ref() };
+                self.quadrature.gather(&piece, start, end, TOLERANCE * walk.share, gathered);
+                start = end;
+            }
         };
         if first == last && self.segments.segment(first).most < 1.0 {
             add(first, 0.0, 1.0);
@@ -250,8 +276,8 @@ impl<'a> Integrator<'a> {
     }
 }
 
-/// What the integrator does for the stages that `scene` asks for: its fog, if it has any. The match has no wildcard, so that a stage
-/// without an answer here does not compile.
+/// What the integrator does for the stages that `scene` asks for: its fog, if it has any; light and gradients are [`Lights`]. The match has no
+/// wildcard, so that a stage without an answer here does not compile.
 ///
 /// # Errors
 /// [`Error::Invalid`] for what the integral has no limit of.
@@ -263,10 +289,7 @@ fn follow(scene: &Scene) -> Result<Option<Fog>> {
                 return Err(Error::invalid("fog weighting literal depends on the number of slices: there is no reference for it"));
             }
             OptionalStage::Fog => fog = scene.fog().copied(),
-            OptionalStage::Gradient => {}
-            OptionalStage::GradientOpacity => return Err(Error::invalid("transfer gradient_opacity: there is no reference for it")),
-            OptionalStage::Transfer2d => return Err(Error::invalid("transfer2d: there is no reference for it")),
-            OptionalStage::Light => return Err(Error::invalid("light: there is no reference for it")),
+            OptionalStage::Gradient | OptionalStage::GradientOpacity | OptionalStage::Transfer2d | OptionalStage::Light => {}
         }
     }
     Ok(fog)
@@ -281,6 +304,10 @@ struct Walk {
     share: f64,
     /// Its length in reference lengths.
     length: f64,
+    /// The lower corner of its cell.
+    low: [i64; 3],
+    /// Where it is in the world.
+    ray: LitRay,
 }
 
 /// The depths at which a ray passes voxel centres 0 to n-1 of one axis.
@@ -362,5 +389,7 @@ fn in_srgb(color: Premultiplied) -> Premultiplied {
     Premultiplied { rgb, alpha }
 }
 
+#[cfg(test)]
+mod lit;
 #[cfg(test)]
 mod tests;

@@ -7,15 +7,20 @@
 //! ```
 //!
 //! Between two cuts the interpolated value is a cubic polynomial and the transfer function a straight line, so the
-//! emission-absorption integral is smooth there and is computed to a bound. Nothing in this room uses the slicing pipeline:
+//! emission-absorption integral is smooth there and is computed to a bound. Light and the factor of the gradient opacity have more kinks, which
+//! are cut at or found by halving. Nothing in this room uses the slicing pipeline:
 //! only scenes and volumes.
 
 pub mod closed;
 mod field;
+mod gradient;
 mod image;
 mod integrate;
+mod light;
 pub mod metrics;
 mod panel;
+mod regions;
+mod roots;
 mod segments;
 
 pub use image::{ReferenceImage, Region, image};

@@ -5,6 +5,7 @@
 //! collocation gives at each point of the panel. Two rules of different order tell the error; panels are halved until it fits.
 
 use super::field::Cubic;
+use super::light::Lit;
 use super::segments::Segment;
 use std::f64::consts::PI;
 
@@ -135,17 +136,25 @@ pub(super) struct Piece<'a> {
     /// Length from s = 0 to 1 in reference lengths.
     pub(super) length: f64,
     pub(super) fog: Option<PieceFog>,
+    /// Light, and the factor of the gradient on the extinction.
+    pub(super) lit: Option<&'a Lit<'a>>,
 }
 
 impl Piece<'_> {
     fn opacity(&self, s: f64) -> f64 {
+        if let Some((.., opacity)) = self.lit.and_then(|lit| lit.by_gradient(s, self.field)) {
+            return opacity;
+        }
         (self.segment.opacity + self.segment.opacity_slope * (self.field.at(s) - self.segment.origin)).clamp(0.0, 1.0)
     }
 
     /// Straight colour as the eye sees it, fog included.
     fn color(&self, s: f64) -> [f64; 3] {
         let v = self.field.at(s) - self.segment.origin;
-        let color: [f64; 3] = std::array::from_fn(|i| self.segment.color[i] + self.segment.color_slope[i] * v);
+        let mut color: [f64; 3] = std::array::from_fn(|i| self.segment.color[i] + self.segment.color_slope[i] * v);
+        if self.lit.is_some() {
+            color = self.own(s).0;
+        }
         match &self.fog {
             None => color,
             Some(fog) => {
@@ -155,8 +164,28 @@ impl Piece<'_> {
         }
     }
 
+    /// Straight colour in the light, out of fog, and its derivative by s.
+    fn own(&self, s: f64) -> ([f64; 3], [f64; 3]) {
+        let v = self.field.at(s) - self.segment.origin;
+        // Rounding may leave [0,1], and powers of light would not.
+        let color = std::array::from_fn(|i| (self.segment.color[i] + self.segment.color_slope[i] * v).clamp(0.0, 1.0));
+        let slope = self.segment.color_slope.map(|c| c * self.field.slope(s));
+        let (color, slope) = self.lit.and_then(|lit| lit.by_gradient(s, self.field)).map_or((color, slope), |(color, slope, _)| (color, slope));
+        self.lit.map_or((color, slope), |lit| lit.color(s, color, slope))
+    }
+
     /// Derivative of [`Piece::color`] by s.
     fn color_slope(&self, s: f64) -> [f64; 3] {
+        if self.lit.is_some() {
+            let (color, slope) = self.own(s);
+            return match &self.fog {
+                None => slope,
+                Some(fog) => {
+                    let (f, df) = fog.factor(s);
+                    std::array::from_fn(|i| df * (color[i] - fog.color[i]) + f * slope[i])
+                }
+            };
+        }
         let own = self.segment.color_slope.map(|c| c * self.field.slope(s));
         match &self.fog {
             None => own,
@@ -173,27 +202,32 @@ impl Piece<'_> {
         let h = b - a;
         let at: [f64; M] = std::array::from_fn(|i| a + h * rule.points[i]);
         let opacity = at.map(|s| self.opacity(s));
-        if opacity.iter().all(|&o| o >= 1.0) {
-            return Sum { depth: f64::INFINITY, emitted: [0.0; 3] };
+        let some = self.lit.is_none_or(|lit| at.iter().any(|&s| lit.factor(s) > 0.0));
+        if some && opacity.iter().all(|&o| o >= 1.0) {
+            return Sum { depth: f64::INFINITY, emitted: [0.0; 3], rise: [0.0; 3] };
         }
         // An opacity that rounds to 1 at a point of an otherwise lesser piece: the largest finite extinction.
-        let rate = opacity.map(|o| -libm::log1p(-o).max(-745.0) * self.length * h);
+        let mut rate = opacity.map(|o| -libm::log1p(-o).max(-745.0) * self.length * h);
+        if let Some(lit) = self.lit {
+            rate.iter_mut().zip(at).for_each(|(rate, s)| *rate *= lit.factor(s));
+        }
         let depth = dot(&rule.weights, &rate);
-        let mut emitted = [0.0; 3];
+        let (mut emitted, mut rise) = ([0.0; 3], [0.0; 3]);
         for ((&s, w), partial) in at.iter().zip(&rule.weights).zip(&rule.partial) {
             let weight = h * w * libm::exp(-dot(partial, &rate));
-            for (sum, slope) in emitted.iter_mut().zip(self.color_slope(s)) {
+            for ((sum, rise), slope) in emitted.iter_mut().zip(&mut rise).zip(self.color_slope(s)) {
                 *sum += weight * slope;
+                *rise += h * w * slope;
             }
         }
-        Sum { depth, emitted }
+        Sum { depth, emitted, rise }
     }
 
     /// Whether the colour is the same all along.
     fn one_color(&self) -> bool {
         let fog_varies = self.fog.is_some_and(|f| !matches!(f.haze, Haze::Clear | Haze::Full));
         let value_varies = self.field.0[1..].iter().any(|&c| c != 0.0) && self.segment.color_slope.iter().any(|&c| c != 0.0);
-        !(fog_varies || value_varies)
+        !(fog_varies || value_varies || self.lit.is_some())
     }
 }
 
@@ -203,8 +237,12 @@ fn dot<const M: usize>(a: &[f64; M], b: &[f64; M]) -> f64 {
 
 #[derive(Debug, Clone, Copy)]
 struct Sum {
+    /// Optical depth.
     depth: f64,
+    /// The integral of (derivative of the colour) * T.
     emitted: [f64; 3],
+    /// The integral of the derivative of the colour.
+    rise: [f64; 3],
 }
 
 /// Colour and transmittance gathered so far along a ray.
@@ -222,6 +260,8 @@ pub(super) const DARK: f64 = 1e-15;
 const ROUNDING: f64 = 1e-15;
 /// Optical depth of a panel, or change of fog's exponent, up to which the rules resolve the exponential.
 const DEEP: f64 = 4.0;
+/// Share of a lit piece's tolerance that a panel may take, however short it is.
+const KINK: f64 = 1e-2;
 /// Most halvings of a piece.
 const HALVINGS: u32 = 60;
 
@@ -250,13 +290,30 @@ impl Quadrature {
         let (first, last) = (piece.color(a), piece.color(b));
         let through = [libm::exp(-coarse.depth), libm::exp(-fine.depth)];
         let color = |t: f64, sum: &Sum| -> [f64; 3] { std::array::from_fn(|i| first[i] - last[i] * t + sum.emitted[i]) };
-        let (rough, good) = (color(through[0], &coarse), color(through[1], &fine));
+        let (mut rough, mut good) = (color(through[0], &coarse), color(through[1], &fine));
+        let mut unseen = 0.0;
+        if piece.lit.is_some() && fine.depth.is_finite() {
+            let hidden = -libm::expm1(-fine.depth);
+            for (sum, found) in [(&coarse, &mut rough), (&fine, &mut good)] {
+                let middle = libm::exp(-0.5 * sum.depth);
+                for i in 0..3 {
+                    // The colour's change is known from both ends. What a rule has missed of it, at a kink or a jump, is taken in by the
+                    // middle transmittance, from which T differs by `hidden` at most.
+                    let missed = last[i] - first[i] - sum.rise[i];
+                    found[i] = (found[i] + middle * missed).clamp(0.0, hidden);
+                    unseen = f64::max(unseen, missed.abs() * hidden);
+                }
+            }
+            unseen = unseen.min(hidden);
+        }
         // What lies behind is at most 1, so an error of the transmittance counts once more.
-        let off = (0..3).map(|i| (rough[i] - good[i]).abs()).fold(0.0, f64::max) + (through[0] - through[1]).abs();
+        let off = (0..3).map(|i| (rough[i] - good[i]).abs()).fold(0.0, f64::max) + (through[0] - through[1]).abs() + unseen;
         let error = off * g.transmittance;
         let resolved = fine.depth <= DEEP || fine.depth == f64::INFINITY || piece.one_color();
         let resolved = resolved && piece.fog.is_none_or(|fog| (fog.exponent(b) - fog.exponent(a)).abs() <= DEEP);
-        if left == 0 || (resolved && (error <= tolerance * (b - a) || error <= ROUNDING)) {
+        // A kink's part of the error does not fall with the length of the panel that holds it.
+        let share = if piece.lit.is_some() { f64::max(b - a, KINK) } else { b - a };
+        if left == 0 || (resolved && (error <= tolerance * share || error <= ROUNDING)) {
             g.rgb.iter_mut().zip(good).for_each(|(sum, c)| *sum += g.transmittance * c);
             g.error += error + 4.0 * f64::EPSILON * g.transmittance;
             g.transmittance *= through[1];

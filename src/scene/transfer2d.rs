@@ -361,7 +361,7 @@ impl Transfer2d {
     }
 
     /// The same function with every colour's components turned into others within `[0,1]`.
-    pub(super) fn with_colors(&self, turn: impl Fn(f64) -> f64) -> Self {
+    pub(crate) fn with_colors(&self, turn: impl Fn(f64) -> f64) -> Self {
         let turned = |c: f64| turn(c).clamp(0.0, 1.0);
         let mut other = self.clone();
         for region in &mut other.regions {

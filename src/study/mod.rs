@@ -14,6 +14,7 @@ mod advice;
 mod balance;
 mod clock;
 mod cost;
+mod gradients;
 mod methods;
 
 mod plot;
@@ -27,7 +28,7 @@ mod stages;
 
 pub use methods::{METHODS, NamedMethod};
 pub use precision::{Options, Study, study};
-pub use record::{Advice, Balance, Cost, MethodRecord, Point, PreIntegration, Record, Setting, Shared, SlicesFor, StageTime};
+pub use record::{Advice, Balance, Cost, GradientKind, MethodRecord, Point, PreIntegration, Record, Setting, Shared, SlicesFor, StageTime};
 
 pub use report::{File, scene_files, stability_files};
 pub use stability::{CountPoint, RiemannPoint, Row, Stability, stability};

@@ -3,7 +3,7 @@
 use super::clock::Clock;
 use super::methods::{METHODS, NamedMethod};
 use super::record::{MethodRecord, Point, Record, Setting};
-use super::{advice, balance, cost, stages};
+use super::{advice, balance, cost, gradients, stages};
 use crate::reference::metrics::{self, Displayed};
 use crate::reference::{ReferenceImage, Region, image};
 use crate::scene::{Accumulation, Slicing};
@@ -14,12 +14,13 @@ use std::time::Instant;
 /// Seconds a study may take unless told.
 const BUDGET: f64 = 60.0;
 /// Parts of the budget that are gone when the reference is there, then the pictures, their SSIM and FLIP, their repetitions, the
-/// stages, the sizes.
+/// stages, the kinds of gradient, the threads, the sizes.
 const REFERENCE: f64 = 0.15;
 const FIRST: f64 = 0.55;
 const JUDGED: f64 = 0.62;
 const PICTURES: f64 = 0.8;
 const STAGES: f64 = 0.86;
+const GRADIENTS: f64 = 0.885;
 const BALANCE: f64 = 0.91;
 const COSTS: f64 = 0.97;
 const MANY: u64 = Accumulation::MANY;
@@ -150,6 +151,8 @@ pub fn study(volume: &Volume, scene: &Scene, options: &Options) -> Result<Study>
     let methods = methods.collect();
     clock.now("stages")?;
     let stages = stages::measure(&mut renderer, scene, &options.methods, slices, || clock.left(STAGES))?;
+    clock.now("gradients")?;
+    let gradients = gradients::measure(volume, &mut renderer, scene, slices, &clock, GRADIENTS)?;
     clock.now("balance")?;
     let balance = balance::measure(volume, scene, &options.settings, slices, || clock.left(BALANCE))?;
     clock.now("sizes")?;
@@ -174,7 +177,7 @@ pub fn study(volume: &Volume, scene: &Scene, options: &Options) -> Result<Study>
         reference_seconds,
         version: env!("CARGO_PKG_VERSION").into(),
     };
-    let record = Record { setting, methods, points: found.points, stages, costs, balance, advice, pre_integration };
+    let record = Record { setting, methods, points: found.points, stages, costs, gradients, balance, advice, pre_integration };
     Ok(Study { record, reference: bench.reference, pictures: found.pictures })
 }
 
@@ -243,7 +246,7 @@ impl Bench<'_> {
             let scene = base.clone().with_slices(slicing)?.with_terminate(terminate(base.terminate(), slicing))?;
             let (picture, stats) = renderer.render(&scene)?;
             let seconds = stats.render_seconds.min(renderer.render(&scene)?.1.render_seconds);
-            let shown = self.sampled(&picture)?;
+            let shown = sampled(&picture, self.region.step)?;
             let slices = match slicing {
                 Slicing::Count(n) => n,
                 _ => stats.slices,
@@ -320,15 +323,6 @@ impl Bench<'_> {
         Ok(())
     }
 
-    /// A picture on the pixels that the reference has.
-    fn sampled(&self, picture: &Picture) -> Result<Displayed> {
-        let step = self.region.step as usize;
-        let width = picture.width() as usize;
-        let rows = picture.pixels().chunks(width).step_by(step);
-        let pixels: Vec<[f32; 4]> = rows.flat_map(|row| row.iter().step_by(step).copied()).collect();
-        Displayed::over_black(width.div_ceil(step), &pixels)
-    }
-
     /// SSIM and FLIP.
     fn quality(&self, shown: &Displayed) -> Result<(f64, f64)> {
         let (ssim, flip) = rayon::join(
@@ -344,6 +338,14 @@ impl Bench<'_> {
         self.quality(&self.reference)?;
         Ok(start.elapsed().as_secs_f64() * 10.0 * (methods as f64) < 0.15 * self.clock.left(FIRST))
     }
+}
+
+/// A picture on the pixels that a reference of every `step`-th column and row has.
+pub(super) fn sampled(picture: &Picture, step: u32) -> Result<Displayed> {
+    let (step, width) = (step as usize, picture.width() as usize);
+    let rows = picture.pixels().chunks(width).step_by(step);
+    let pixels: Vec<[f32; 4]> = rows.flat_map(|row| row.iter().step_by(step).copied()).collect();
+    Displayed::over_black(width.div_ceil(step), &pixels)
 }
 
 /// The transmittance at which pixels end: the scene's, and less for finer slices.

@@ -16,12 +16,34 @@ pub struct Record {
     pub stages: Vec<StageTime>,
     /// Cost against image size and volume size.
     pub costs: Vec<Cost>,
+    /// What each kind of gradient costs, where the scene depends on one.
+    pub gradients: Vec<GradientKind>,
     /// How evenly a frame's work falls on threads.
     pub balance: Vec<Balance>,
     /// Which method to use for which error.
     pub advice: Vec<Advice>,
     /// How pre-integration did, and why.
     pub pre_integration: Option<PreIntegration>,
+}
+
+/// The scene with one kind of gradient, against the reference with the same kind.
+#[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
+pub struct GradientKind {
+    /// `central`, `analytic` or `sobel`.
+    pub kind: String,
+    /// Slices.
+    pub slices: u64,
+    /// Seconds of a frame, the shortest of several.
+    pub seconds: f64,
+    /// Root of the mean squared error of red, green and blue over black.
+    pub rms: f64,
+    /// Largest error.
+    pub max: f64,
+    /// Bound on the reference's own error.
+    pub reference_bound: f64,
+    /// Pixels of the reference.
+    pub reference_pixels: usize,
 }
 
 /// How evenly a frame's tiles fall on threads.

@@ -25,7 +25,9 @@ pub(super) fn measure(
 ) -> Result<Vec<StageTime>> {
     let mut list = Vec::new();
     for method in methods.iter().filter(|m| SHOWN.contains(&m.name)) {
-        let scene = scene.clone().with_method(method.method)?.with_slices(Slicing::Count(slices))?;
+        // Told where its pictures are missing.
+        let Ok(scene) = scene.clone().with_method(method.method) else { continue };
+        let scene = scene.with_slices(Slicing::Count(slices))?;
         let mut plain = match renderer.render(&scene) {
             Ok((_, stats)) => stats.render_seconds,
             Err(Error::Stopped) => return Err(Error::Stopped),

@@ -12,7 +12,7 @@ use slicestack::{Scene, Volume};
 const TOP: f64 = 4096.0;
 
 /// Smooth colours and opacities; `low` is the opacity at and below a tenth.
-fn smooth_transfer(low: f64) -> TransferFunction {
+pub(super) fn smooth_transfer(low: f64) -> TransferFunction {
     let points = || (0..=4096).map(|i| (f64::from(i), f64::from(i) / TOP));
     let color = points().map(|(at, v)| (at, [0.5 + 0.5 * (5.0 * v).sin(), v * v, 0.5 + 0.4 * (4.0 * v).cos()]));
     let bump = |v: f64| ((v - 0.1).max(0.0) * 3.0).sin().powi(2);
@@ -20,7 +20,7 @@ fn smooth_transfer(low: f64) -> TransferFunction {
 }
 
 /// A volume of `f` brought to exactly [0, TOP].
-fn spread(grid: Grid, f: &dyn Fn([f64; 3]) -> f64) -> Volume {
+pub(super) fn spread(grid: Grid, f: &dyn Fn([f64; 3]) -> f64) -> Volume {
     let Voxels::F64(mut v) = fill::<f64>(grid.dims(), f) else { unreachable!() };
     let (lo, hi) = v.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), &x| (lo.min(x), hi.max(x)));
     v.iter_mut().for_each(|x| *x = (*x - lo) / (hi - lo) * TOP);

@@ -8,6 +8,7 @@ mod convergence;
 mod extremes;
 mod fog;
 mod light;
+mod lit;
 mod merged;
 mod methods;
 mod oracle;

@@ -12,7 +12,7 @@ use slicestack::volume::{BoxConvention, Grid, Voxels};
 use slicestack::{Renderer, Scene, Settings, Volume};
 
 /// One cell between eight voxels: along a ray its value is a cubic without kinks, so nothing but the method is measured.
-fn cell() -> (Volume, Scene) {
+pub(super) fn cell() -> (Volume, Scene) {
     let grid = Grid::with_spacing([2; 3], [1.0; 3]).unwrap().with_convention(BoxConvention::Nodes);
     let volume = Volume::new(grid.clone(), Voxels::F32(vec![0.0, 130.0, 60.0, 200.0, 170.0, 40.0, 255.0, 100.0].into())).unwrap();
     let transfer = TransferFunction::new(vec![(0.0, [0.1, 0.9, 0.3]), (255.0, [1.0, 0.2, 0.6])], vec![(0.0, 0.02), (255.0, 0.7)]).unwrap();

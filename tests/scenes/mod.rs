@@ -3,8 +3,8 @@
 use glam::{DMat3, DMat4, DQuat, DVec3, DVec4};
 use slicestack::scene::{
     Accumulation, AlphaTest, Arithmetic, Blend, BlendFunction, Camera, Classification, ClipPlane, Compare, Ends, Environment, Equation,
-    Factor, Filter, Fog, FogDistance, FogEvaluation, FogMode, FogWeighting, Method, OpenGl, Order, Placement, Projection, SampleAt,
-    Scissor, SlabForm, Slicing, Straight, Target, TransferFunction, Wrap,
+    Factor, Filter, Fog, FogDistance, FogEvaluation, FogMode, FogWeighting, Gradient, Light, LightSource, Lighting, Method, OpenGl, Order,
+    Placement, Projection, SampleAt, Scissor, Shading, SlabForm, Slicing, Straight, Target, TransferFunction, Wrap,
 };
 use slicestack::volume::phantom::Phantom;
 use slicestack::volume::{BoxConvention, Grid, VoxelType, Voxels};
@@ -285,6 +285,7 @@ pub(crate) fn samples() -> Vec<Sample> {
     add("extrapolated-pairs", head(), by(near(few()), pairs.with_extrapolate(true)));
     add("transparent-background", head(), looked(s(), 30.0, 50.0, 0.0, 1.3, WIDE).with_background(Straight::default()).unwrap());
     opengl(&mut list);
+    lit(&mut list);
     list
 }
 
@@ -330,4 +331,68 @@ fn opengl(list: &mut Vec<Sample>) {
     add("opengl-fog", head(), gl(fogged, vertex, Method::default()));
     let highest = OpenGl::default().with_blend(BlendFunction { equation: Equation::Max, source: Factor::One, destination: Factor::One });
     add("opengl-max", head(), gl(view(s()), highest, eight).with_transfer(strong()));
+}
+
+/// Light, and opacity that depends on the gradient.
+fn lit(list: &mut Vec<Sample>) {
+    let mut add = |name, volume: Volume, scene: Scene| list.push(Sample { name, volume, scene });
+    let in_light = |scene: Scene, lights: &[(LightSource, [f64; 3])], change: &dyn Fn(&mut Lighting)| {
+        let mut lighting = Lighting::default();
+        change(&mut lighting);
+        let lights = lights.iter().map(|&(source, color)| Light::new(source, color).unwrap()).collect();
+        scene.with_lighting(Some(lighting.with_lights(lights).unwrap())).unwrap()
+    };
+    let head_light = [(LightSource::Head, [1.0; 3])];
+    let s = || looked(scene((48, 40), 50), 30.0, 20.0, 0.0, 1.3, PARALLEL);
+    let near = || looked(scene((48, 40), 50), 30.0, 20.0, 0.0, 1.3, WIDE);
+    let weighted = |points: &[(f64, f64)]| haze().with_gradient_opacity(points.to_vec()).unwrap();
+    add("lit", head(), in_light(s(), &head_light, &|_| {}));
+    add("lit-u8", cloud(20, VoxelType::U8), in_light(s(), &head_light, &|m| m.shininess = 7.5).with_transfer(soft()));
+    add("lit-i16", cloud(20, VoxelType::I16), in_light(near(), &head_light, &|m| m.two_sided = false).with_transfer(soft()));
+    let two = [
+        (LightSource::Position(head().grid().center() + DVec3::new(30.0, -40.0, 50.0)), [1.0, 0.8, 0.6]),
+        (LightSource::Direction(DVec3::new(-1.0, -1.0, 0.5)), [0.3, 0.5, 1.0]),
+    ];
+    add(
+        "lit-two-lights",
+        head(),
+        in_light(near(), &two, &|m| {
+            (m.ambient, m.diffuse, m.specular, m.shininess) = (0.1, 0.9, 0.5, 40.0);
+            (m.gradient_floor, m.two_sided) = (0.1, false);
+        }),
+    );
+    add("lit-sobel", head(), in_light(near(), &head_light, &|_| {}).with_gradient(Gradient::Sobel));
+    add("lit-analytic", cloud(20, VoxelType::F64), in_light(s(), &two, &|_| {}).with_transfer(soft()).with_gradient(Gradient::Analytic));
+    add("lit-depth", head(), in_light(near(), &head_light, &|m| m.shading = Shading::Depth));
+    add("lit-oblique", on_oblique_grid(head()), in_light(s(), &two, &|m| m.specular = 0.6));
+    add("lit-negative-slope", cloud(16, VoxelType::I16).with_rescale(-0.5 / 32768.0, 0.5).unwrap(), {
+        in_light(s(), &two, &|m| m.two_sided = false).with_transfer(soft())
+    });
+    add("gradient-opacity", head(), s().with_transfer(weighted(&[(0.02, 0.0), (0.3, 1.0)])));
+    add(
+        "gradient-opacity-lit",
+        cloud(20, VoxelType::U16),
+        in_light(near(), &head_light, &|_| {})
+            .with_transfer(soft().with_gradient_opacity(vec![(0.0, 0.2), (0.05, 0.2), (0.05, 1.0)]).unwrap()),
+    );
+    let fog = foggy(near(), FogMode::Exp { density: 0.02 }, FogDistance::Radial, FogWeighting::Alpha);
+    add("lit-fog-linear-light", head(), in_light(fog, &two, &|_| {}).with_linear_light(true).unwrap());
+    let pairs = |c: Classification| Method::default().with_classification(c);
+    let few = || looked(scene((48, 40), 20), 30.0, 20.0, 0.0, 1.3, WIDE);
+    add("lit-pre-integrated", head(), in_light(few(), &two, &|_| {}).with_method(pairs(Classification::PreIntegrated)).unwrap());
+    let second = pairs(Classification::SecondOrder);
+    add("lit-second-order-depth", head(), in_light(few(), &head_light, &|m| m.shading = Shading::Depth).with_method(second).unwrap());
+    add("lit-tiny", counted([1, 1, 9]), in_light(s(), &two, &|_| {}).with_transfer(strong()));
+    add(
+        "lit-holes",
+        {
+            let Voxels::F32(mut v) = head().voxels().clone() else { unreachable!("the head is f32") };
+            v.iter_mut().step_by(37).for_each(|x| *x = f32::NAN);
+            Volume::new(head().grid().clone(), Voxels::F32(v)).unwrap()
+        },
+        in_light(s(), &head_light, &|_| {}),
+    );
+    let v = head();
+    let planes = vec![plane(&v, DVec3::new(0.2, 1.0, 0.3), 0.0)];
+    add("lit-clip-back-to-front", v, in_light(s(), &two, &|_| {}).with_clip_planes(planes).unwrap().with_order(Order::BackToFront));
 }

@@ -3,10 +3,10 @@
 use super::*;
 
 /// Where a batch's fragments lie, as whole numbers of voxels along each axis.
-type Cells = [[usize; 3]; BATCH];
+pub(super) type Cells = [[usize; 3]; BATCH];
 
 /// Sets offsets of random cells in a grid of `dims` whose voxels stand `strides` apart, and random weights. Returns the cells.
-fn place(n: &mut Numbers, b: &mut Batch, dims: [usize; 3], strides: [usize; 3]) -> Cells {
+pub(super) fn place(n: &mut Numbers, b: &mut Batch, dims: [usize; 3], strides: [usize; 3]) -> Cells {
     let count = dims.map(|d| d.max(2) - 1);
     let base = count.map(|c| n.bits() as usize % c);
     let index = |cell: [usize; 3]| (0..3).map(|a| cell[a] * strides[a]).sum::<usize>();
@@ -31,8 +31,8 @@ fn place(n: &mut Numbers, b: &mut Batch, dims: [usize; 3], strides: [usize; 3]) 
     })
 }
 
-/// A voxel `steps` (0 or 1 along each axis) from `cell`, as the number that stages compute with; neighbours beyond the grid are its border.
-fn number(frame: &Frame<'_>, dims: [usize; 3], cell: [usize; 3], steps: [usize; 3]) -> f64 {
+/// A voxel `steps` from `cell` along each axis, as the number that stages compute with; neighbours beyond the grid are its border.
+pub(super) fn number(frame: &Frame<'_>, dims: [usize; 3], cell: [usize; 3], steps: [usize; 3]) -> f64 {
     let [x, y, z] = std::array::from_fn(|a| (cell[a] + steps[a]).min(dims[a] - 1));
     let at = x + dims[0] * (y + dims[1] * z);
     let stored = crate::volume::with_slices!(frame.sample.voxels, v => crate::lanes::Number::to_f64(v[at]));

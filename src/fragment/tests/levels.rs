@@ -4,6 +4,13 @@
 //! find it.
 
 use super::*;
+use crate::fragment::gradient::TakeGradient;
+use crate::fragment::gradient_opacity::WeighByGradient;
+use crate::fragment::light::{CueDepth, CueEach, Shade, ShadeEach};
+use crate::proxy::Stack;
+use crate::scene::{Camera, Gradient, Light, LightSource, Lighting, Placement, Projection, TransferFunction};
+use crate::volume::Grid;
+use glam::DVec3;
 
 /// Everything a stage may write, as bits.
 fn bits(b: &Batch) -> Vec<u64> {
@@ -26,6 +33,7 @@ fn levels_agree<K: for<'v> Kernel<Frame<'v>, Batch>>(name: &str, before: &[fn(&F
         let mut frame = frame(&voxels, &mut n);
         let (mode, weighted) = (modes[round % modes.len()], round % 3 != 0);
         frame.optional.fog = Some(FogFrame { mode, color: [0.2, 0.5, 0.9], weighted });
+        light_up(&mut frame, round);
         let mut start = batch(&mut n);
         for stage in before {
             stage(&frame, &mut start);
@@ -43,6 +51,31 @@ fn levels_agree<K: for<'v> Kernel<Frame<'v>, Batch>>(name: &str, before: &[fn(&F
         }
     }
     assert!(changed, "{name} never did anything");
+}
+
+/// Gradients of some kind, opacity that depends on them, and light of some kind on them.
+fn light_up(frame: &mut Frame<'_>, round: usize) {
+    let grid = Grid::with_spacing(DIMS, [0.7, 1.3, 0.2]).expect("a grid");
+    let kind = [Gradient::Central, Gradient::Analytic, Gradient::Sobel][round % 3];
+    let gradient = GradientFrame::new(kind, &grid, 1.7);
+    let transfer = TransferFunction::new(vec![(0.0, [1.0; 3])], vec![(0.0, 1.0)]).expect("a function");
+    let transfer = transfer.with_gradient_opacity(vec![(3.0, 0.0), (20.0, 0.7), (20.0, 0.2), (90.0, 1.0)]).expect("points in order");
+    frame.optional.opacity = OpacityFrame::of(&transfer, &gradient);
+    let mut lighting = Lighting::default();
+    lighting.shininess = [1.0, 20.0, 7.5, 1000.0][round % 4];
+    lighting.two_sided = round % 2 == 0;
+    lighting.gradient_floor = if round % 5 < 2 { 12.0 } else { 0.0 };
+    let sources =
+        [LightSource::Head, LightSource::Direction(DVec3::ONE), LightSource::Position(grid.center()), LightSource::Position(DVec3::Y)];
+    let lights = sources[..1 + round % 4].iter().map(|&source| Light::new(source, [0.9, 0.4, 0.7]).expect("a light")).collect();
+    let lighting = lighting.with_lights(lights).expect("four at most");
+    // From within the box: depths are those of the batches then.
+    let place = Placement::LookAt { eye: grid.center(), target: grid.center() + DVec3::new(3.0, 1.0, round as f64), up: DVec3::Y };
+    let projection = if round % 2 == 0 { Projection::Perspective { fov_y: 50.0 } } else { Projection::Orthographic { height: None } };
+    let camera = Camera::new(place, projection).expect("a camera");
+    let view = camera.resolve(&grid, 64, 48).expect("numbers within f64");
+    frame.optional.light = Some(LightingFrame::new(&lighting, Some(&gradient), &grid, &Stack::new(&grid, &view, &[], 30)));
+    frame.optional.gradient = Some(gradient);
 }
 
 fn texcoord(frame: &Frame<'_>, batch: &mut Batch) {
@@ -118,6 +151,17 @@ fn every_kernel_gives_the_same_bits_at_every_level() {
     levels_agree::<ProjectAdd>("add", &[], &[U8]);
     levels_agree::<ProjectLmip>("lmip", &[], &[U8]);
     levels_agree::<ProjectIso>("iso", &[], &[U8]);
+    levels_agree::<TakeGradient<false, false>>("gradient", &[texcoord], &VoxelType::ALL);
+    levels_agree::<TakeGradient<true, false>>("gradient far", &[texcoord_far], &VoxelType::ALL);
+    levels_agree::<TakeGradient<false, true>>("gradient at own depths", &[texcoord], &VoxelType::ALL);
+    levels_agree::<TakeGradient<true, true>>("gradient at own depths, far", &[texcoord_far], &VoxelType::ALL);
+    levels_agree::<WeighByGradient>("gradient opacity", &[], &[U8]);
+    levels_agree::<Shade>("light", &[], &[U8]);
+    levels_agree::<ShadeEach<false>>("light at own depths", &[texcoord], &[U8]);
+    levels_agree::<ShadeEach<true>>("light at own depths, far", &[texcoord_far], &[U8]);
+    levels_agree::<CueDepth>("depth", &[], &[U8]);
+    levels_agree::<CueEach<false>>("depth of each", &[texcoord], &[U8]);
+    levels_agree::<CueEach<true>>("depth of each, far", &[texcoord_far], &[U8]);
 }
 
 /// The values that lookup `run` gives the batch `start`, as bits.
@@ -163,4 +207,44 @@ fn all_lookups_of_a_voxel_type_give_the_same_bits() {
             }
         }
     }
+}
+
+/// Which loads a gradient takes, those of packed voxels or single ones, changes no bit of it.
+#[test]
+fn all_loads_of_a_gradient_give_the_same_bits() {
+    let mut n = Numbers::new(12);
+    let mut deep = 0;
+    for kind in [VoxelType::U8, VoxelType::I8, VoxelType::U16, VoxelType::I16] {
+        let voxels = voxels(kind, DIMS, &mut n);
+        let packed = Packed::new(&voxels, DIMS).expect("small enough");
+        let strides = [1, packed.strides[0], packed.strides[1]];
+        assert_eq!(strides, [1, DIMS[0], DIMS[0] * DIMS[1]], "offsets of the other loads serve");
+        for _ in 0..40 {
+            let mut frame = frame(&voxels, &mut n);
+            light_up(&mut frame, 0);
+            let mut start = batch(&mut n);
+            // Small steps: most batches lie inside.
+            start.geometry.across = start.geometry.across.map(|x| 0.5 * x.abs());
+            start.geometry.down = start.geometry.down.map(|x| 0.5 * x.abs());
+            start.geometry.origin = start.geometry.origin.map(f32::abs);
+            texcoord(&frame, &mut start);
+            let of = |frame: &Frame<'_>, level: Level| {
+                let mut b = start.clone();
+                level.kernel::<TakeGradient<false, false>, Frame<'_>, Batch>()(frame, &mut b);
+                [Part::Normal, Part::Size].map(|part| part.bits(&b))
+            };
+            let want = of(&frame, Level::SCALAR);
+            frame.sample.packed = Some(&packed);
+            for level in Level::available() {
+                assert_eq!(of(&frame, level), want, "packed {kind} at {}", level.name());
+            }
+            let inside = |i: usize| {
+                let at = start.geometry.cells.base + start.sample.offset[i] as usize;
+                let cell = [at % DIMS[0], at / DIMS[0] % DIMS[1], at / (DIMS[0] * DIMS[1])];
+                (0..3).all(|a| cell[a] >= 1 && cell[a] + 3 <= DIMS[a])
+            };
+            deep += u32::from((0..BATCH).all(inside));
+        }
+    }
+    assert!(deep > 20, "{deep}");
 }

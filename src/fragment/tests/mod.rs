@@ -11,11 +11,14 @@
 mod blend;
 mod classify;
 mod fetch;
+mod gradient;
 mod levels;
+mod light;
 mod pair;
 mod place;
 mod project;
 mod shade;
+mod transfer2d;
 
 use super::batch::Batch;
 use super::fog::{FogEach, FogPlanar, FogRadial};
@@ -61,10 +64,18 @@ fn twins(id: StageId) -> &'static [fn()] {
             pair::pairs_of_second_order_with_a_fine_table,
         ],
         StageId::Correct => &[shade::correct, shade::correct_riemann],
-        StageId::Optional(OptionalStage::Gradient) => &[],
-        StageId::Optional(OptionalStage::GradientOpacity) => &[],
-        StageId::Optional(OptionalStage::Transfer2d) => &[],
-        StageId::Optional(OptionalStage::Light) => &[],
+        StageId::Optional(OptionalStage::Gradient) => &[
+            gradient::of_slices,
+            gradient::of_slices_deep_inside,
+            gradient::of_pieces_at_depths_of_their_own,
+            gradient::around_holes_and_on_plateaus,
+            gradient::of_numbers_at_the_ends_of_f32,
+        ],
+        StageId::Optional(OptionalStage::GradientOpacity) => &[gradient::opacity],
+        StageId::Optional(OptionalStage::Transfer2d) => &[transfer2d::regions, transfer2d::tables],
+        StageId::Optional(OptionalStage::Light) => {
+            &[light::shades, light::shades_at_depths_of_their_own, light::darkness_by_depth, light::special_lights]
+        }
         StageId::Optional(OptionalStage::Fog) => &[shade::fog_of_a_slice, shade::fog_by_distance, shade::fog_of_each_fragment],
         StageId::Mask => &[shade::mask],
         StageId::Blend => &[
@@ -112,10 +123,14 @@ enum Part {
     Transmittance,
     Excess,
     Alive,
+    Normal,
+    Size,
+    GradientRows,
+    GradientsTaken,
 }
 
 impl Part {
-    const ALL: [Self; 16] = [
+    const ALL: [Self; 20] = [
         Self::Mask,
         Self::Ended,
         Self::Shown,
@@ -132,6 +147,10 @@ impl Part {
         Self::Transmittance,
         Self::Excess,
         Self::Alive,
+        Self::Normal,
+        Self::Size,
+        Self::GradientRows,
+        Self::GradientsTaken,
     ];
 
     /// Its bits; one number for all NaN, because no bits of NaN are promised.
@@ -156,6 +175,10 @@ impl Part {
             Self::Transmittance => floats([&b.pixels.transmittance]),
             Self::Excess => floats(&b.pixels.excess),
             Self::Alive => vec![b.pixels.alive],
+            Self::Normal => floats(&b.gradient.normal),
+            Self::Size => floats([&b.gradient.size]),
+            Self::GradientRows => vec![u64::from(b.gradient.rows)],
+            Self::GradientsTaken => vec![b.gradient.taken],
         }
     }
 }
@@ -296,6 +319,16 @@ fn batch(n: &mut Numbers) -> Box<Batch> {
             b.slab.color[c][i] = n.unit32() * b.slab.alpha[i];
             b.pixels.color[c][i] = n.unit32() * 200.0;
         }
+    }
+    // Numbers of their own: those above stay what they are.
+    let mut n = Numbers::new(b.mask);
+    b.gradient.rows = b.shown & some_rows(&mut n);
+    for i in 0..BATCH {
+        let normal = [0; 3].map(|_| n.between(-1.0, 1.0));
+        let length = normal.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let there = n.bits() % 8 != 0 && length > 0.0;
+        b.gradient.size[i] = if there { n.unit32() * 50.0 } else { 0.0 };
+        (0..3).for_each(|a| b.gradient.normal[a][i] = if there { (normal[a] / length) as f32 } else { 0.0 });
     }
     b
 }

@@ -6,19 +6,19 @@ use crate::volume::{BoxConvention, Grid, Voxels};
 use glam::{DMat3, DQuat};
 
 /// Repeatable random numbers in `[0,1)`.
-struct Random(u64);
+pub(super) struct Random(pub(super) u64);
 
 impl Random {
-    fn next(&mut self) -> f64 {
+    pub(super) fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         (self.0 >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    fn within(&mut self, low: f64, high: f64) -> f64 {
+    pub(super) fn within(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.next()
     }
 
-    fn direction(&mut self) -> DVec3 {
+    pub(super) fn direction(&mut self) -> DVec3 {
         let v = DVec3::new(self.within(-1.0, 1.0), self.within(-1.0, 1.0), self.within(-1.0, 1.0));
         if v.length() > 0.1 { v.normalize() } else { DVec3::new(0.6, 0.0, 0.8) }
     }
@@ -247,7 +247,7 @@ fn spans_are_cut() {
 }
 
 /// A random small volume on an oblique grid, seen by a random camera through a random transfer function in random fog.
-fn random_case(r: &mut Random) -> (Volume, Scene) {
+pub(super) fn random_case(r: &mut Random) -> (Volume, Scene) {
     let dims: [usize; 3] = std::array::from_fn(|_| 1 + (r.next() * 5.0) as usize);
     let turn = DMat3::from_quat(DQuat::from_axis_angle(r.direction(), r.within(0.0, 3.0)));
     let shear = DMat3::from_cols(DVec3::new(r.within(0.5, 2.0), 0.0, 0.0), DVec3::new(0.3, -1.2, 0.0), DVec3::new(-0.2, 0.4, 0.9));

@@ -3,7 +3,7 @@
 use super::super::advice::slope;
 use super::super::plot::{escape, short};
 use super::super::precision::Study;
-use super::super::record::{Advice, Balance, MethodRecord, Point, Record, Shared};
+use super::super::record::{Advice, Balance, GradientKind, MethodRecord, Point, Record, Shared};
 use super::page::{Cell, page, table};
 use super::pictures::{difference, png};
 use super::{File, Plot, charts, error, or_dash, time};
@@ -26,6 +26,7 @@ pub fn scene_files(study: &Study) -> Result<Vec<File>> {
         File::csv("costs.csv", &record.costs.iter().map(flat).collect::<Vec<_>>())?,
         File::csv("balance.csv", &record.balance.iter().flat_map(shared).collect::<Vec<_>>())?,
         File::csv("advice.csv", &record.advice)?,
+        File::csv("gradients.csv", &record.gradients)?,
         File::text("table.md", markdown(record)),
     ];
     let plots = plots(record);
@@ -234,6 +235,7 @@ fn html(record: &Record, plots: &[(&str, Plot, String)], pictures: &[Shown]) -> 
     }
     body += "<h2>Where time goes</h2>\n";
     body += &figure("stages");
+    body += &gradients_table(&record.gradients);
     body += &balance_table(&record.balance);
     body += "<h2>Reference, rendering, difference</h2>\n<div class=\"pictures\">\n";
     for p in pictures {
@@ -291,6 +293,27 @@ fn balance_table(list: &[Balance]) -> String {
          first thread that is free: how many times as fast as one thread, and how much of the time threads stand idle on average.</p>\n",
         table(&head, &rows),
         first.threads
+    )
+}
+
+fn gradients_table(list: &[GradientKind]) -> String {
+    let Some(first) = list.first() else { return String::new() };
+    let row = |g: &GradientKind| {
+        vec![
+            Cell::Text(g.kind.clone()),
+            Cell::Number(time(g.seconds)),
+            Cell::Number(error(g.rms)),
+            Cell::Number(error(g.max)),
+            Cell::Number(error(g.reference_bound)),
+        ]
+    };
+    let rows: Vec<Vec<Cell>> = list.iter().map(row).collect();
+    format!(
+        "<h2>Kinds of gradient</h2>\n{}<p class=\"soft\">The scene in {} slices with each kind, against the reference with the same kind, on {} \
+         pixels. Pictures of different kinds are different pictures: see which one is wanted.</p>\n",
+        table(&["gradient", "frame", "RMS", "largest", "bound of the reference"], &rows),
+        first.slices,
+        first.reference_pixels
     )
 }
 

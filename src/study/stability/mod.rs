@@ -3,6 +3,7 @@
 //! Every picture is watched while it is made: no pixel's transmittance may rise from slice to slice, leave `[0,1]` or be NaN.
 
 mod counts;
+mod lights;
 mod look;
 mod places;
 mod riemann;
@@ -95,7 +96,7 @@ impl Stability {
 }
 
 /// Seconds that the rows take, about: what progress is told by.
-const SECONDS: f64 = 12.0;
+const SECONDS: f64 = 14.0;
 
 /// Renders every extreme case and says what holds.
 ///
@@ -118,6 +119,8 @@ pub fn stability(settings: &Settings) -> Result<Stability> {
     rows.extend(values::rows(&bench)?);
     clock.now("extreme places")?;
     rows.extend(places::rows(&bench)?);
+    clock.now("extreme lights")?;
+    rows.extend(lights::rows(&bench)?);
     Ok(Stability {
         rows,
         counts,
