@@ -15,7 +15,7 @@ mod value;
 
 pub(crate) use change::{CHANGES, ChangeClasses, most as most_change, strongest};
 pub(crate) use pair::PairTable;
-pub(crate) use slab::Slab;
+pub(crate) use slab::{Measure, Slab};
 pub(crate) use value::ValueTable;
 
 use crate::lanes::LookupTable;

@@ -211,9 +211,10 @@ impl Classify for PairTable {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::classify::Measure;
     use crate::scene::SlabForm;
 
-    const ONE: Slab = Slab { ratio: 1.0, form: SlabForm::Exponential };
+    const ONE: Slab = Slab { ratio: 1.0, form: SlabForm::Exponential, measure: Measure::Opacity };
 
     /// The slab's integral in 20000 steps.
     fn integral(transfer: &TransferFunction, from: f64, to: f64, ratio: f64) -> [f64; 4] {
@@ -243,7 +244,7 @@ mod tests {
             let pairs = PairTable::new(transfer, (0.0, 255.0), ONE);
             let width = 255.0 / pairs.last() as f64;
             for ratio in [0.05, 1.0, 7.0] {
-                let table = pairs.table(transfer, Slab { ratio, form: SlabForm::Exponential });
+                let table = pairs.table(transfer, Slab { ratio, form: SlabForm::Exponential, measure: Measure::Opacity });
                 for (i, j) in [(0, 255), (255, 0), (95, 105), (105, 95), (99, 101), (30, 50), (50, 30), (100, 103), (200, 201), (7, 19)] {
                     let entry = |value: i32| (f64::from(value) / width + 0.5) as usize;
                     let (i, j) = (entry(i), entry(j));
@@ -262,7 +263,7 @@ mod tests {
     fn an_opacity_of_one_is_opaque_in_the_thinnest_slab() {
         let transfer = TransferFunction::new(vec![(0.0, [0.5; 3])], vec![(10.0, 0.0), (20.0, 1.0), (255.0, 1.0)]).expect("valid");
         let pairs = PairTable::new(&transfer, (0.0, 255.0), ONE);
-        let table = pairs.table(&transfer, Slab { ratio: 1e-9, form: SlabForm::Exponential });
+        let table = pairs.table(&transfer, Slab { ratio: 1e-9, form: SlabForm::Exponential, measure: Measure::Opacity });
         let last = pairs.last();
         for (i, j) in [(last / 3, last / 3), (last / 3, last), (0, last), (last, 0)] {
             let got = table.entries()[i * (last + 1) + j];

@@ -9,12 +9,31 @@ pub(crate) struct Slab {
     pub(crate) ratio: f64,
     /// What becomes of its extinction.
     pub(crate) form: SlabForm,
+    /// What a table says of it.
+    pub(crate) measure: Measure,
 }
 
-/// Slab colour and opacity at a value: premultiplied, 1 - (1 - a)^ratio; for Riemann's form -ln(1 - a) ratio.
+/// What a table says of slabs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Measure {
+    /// Opacity, and colour times opacity.
+    Opacity,
+    /// Optical depth, and colour times that: where opacity depends on more than the value, and so is made of it later.
+    OpticalDepth,
+}
+
+/// The largest optical depth of a slab: nothing is seen through less.
+const DEEPEST: f64 = 64.0;
+
+/// What a table says of a slab at a value: premultiplied colour and opacity 1 - (1 - a)^ratio; for Riemann's form, and as optical depth,
+/// -ln(1 - a) ratio.
 pub(crate) fn color(transfer: &TransferFunction, value: f64, slab: Slab) -> [f64; 4] {
     let straight = transfer.eval(value);
     let alpha = match slab.form {
+        _ if slab.measure == Measure::OpticalDepth => {
+            // An opacity of 1 is infinitely deep in a slab of any thickness.
+            if straight.alpha >= 1.0 { DEEPEST } else { (-slab.ratio * libm::log1p(-straight.alpha)).min(DEEPEST) }
+        }
         SlabForm::Exponential if straight.alpha >= 1.0 => 1.0,
         SlabForm::Exponential => -libm::expm1(slab.ratio * libm::log1p(-straight.alpha)),
         // Opacity 1 has no finite extinction; the largest below it has.
@@ -22,4 +41,14 @@ pub(crate) fn color(transfer: &TransferFunction, value: f64, slab: Slab) -> [f64
     };
     let [r, g, b] = straight.rgb.map(|c| c * alpha);
     [r, g, b, alpha]
+}
+
+/// What is seen of a table's entry: premultiplied colour and opacity.
+pub(super) fn seen([r, g, b, depth]: [f64; 4], measure: Measure) -> [f64; 4] {
+    if measure == Measure::Opacity || depth == 0.0 {
+        return [r, g, b, depth];
+    }
+    let alpha = -libm::expm1(-depth);
+    let share = alpha / depth;
+    [r * share, g * share, b * share, alpha]
 }

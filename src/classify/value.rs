@@ -1,7 +1,7 @@
 //! A table over values: how many entries, over which values, and which of them are transparent.
 
 use super::Classify;
-use super::slab::{Slab, color};
+use super::slab::{Slab, color, seen};
 use crate::lanes::LookupTable;
 use crate::scene::TransferFunction;
 
@@ -71,14 +71,15 @@ impl ValueTable {
     pub(super) fn error(transfer: &TransferFunction, knots: &[f64], low: f64, high: f64, intervals: usize, slab: Slab) -> f64 {
         let width = (high - low) / intervals as f64;
         let entries: Vec<[f64; 4]> = (0..=intervals).map(|i| color(transfer, low + i as f64 * width, slab)).collect();
-        let mut strongest = entries.iter().fold(0.0, |most: f64, e| most.max(e[3]));
+        let mut strongest = entries.iter().fold(0.0, |most: f64, e| most.max(seen(*e, slab.measure)[3]));
         let mut differ = |value: f64| {
             let x = (value - low) / width;
             let i = (x as usize).min(intervals - 1);
             let (a, b, t) = (entries[i], entries[i + 1], x - i as f64);
-            let exact = color(transfer, value, slab);
+            let exact = seen(color(transfer, value, slab), slab.measure);
             strongest = strongest.max(exact[3]);
-            (0..4).map(|c| (a[c] + (b[c] - a[c]) * t - exact[c]).abs()).fold(0.0, f64::max)
+            let found = seen([0, 1, 2, 3].map(|c: usize| a[c] + (b[c] - a[c]) * t), slab.measure);
+            (0..4).map(|c| (found[c] - exact[c]).abs()).fold(0.0, f64::max)
         };
         let middles = (0..intervals).map(|i| low + (i as f64 + 0.5) * width);
         let worst = knots.iter().copied().chain(middles).map(&mut differ).fold(0.0, f64::max);
@@ -198,16 +199,17 @@ fn gcd(a: u64, b: u64) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::classify::Measure;
     use crate::scene::SlabForm;
 
-    const ONE: Slab = Slab { ratio: 1.0, form: SlabForm::Exponential };
+    const ONE: Slab = Slab { ratio: 1.0, form: SlabForm::Exponential, measure: Measure::Opacity };
 
     fn gray(opacity: Vec<(f64, f64)>) -> TransferFunction {
         TransferFunction::new(vec![(0.0, [0.2, 0.5, 1.0]), (1000.0, [1.0, 0.5, 0.0])], opacity).expect("valid")
     }
 
     fn worst(transfer: &TransferFunction, range: (f64, f64), ratio: f64) -> f64 {
-        let slab = Slab { ratio, form: SlabForm::Exponential };
+        let slab = Slab { ratio, form: SlabForm::Exponential, measure: Measure::Opacity };
         let layout = ValueTable::new(transfer, range, slab);
         let table = layout.table(transfer, slab);
         let n = 100_003;
@@ -245,7 +247,7 @@ mod tests {
     fn whole_number_knots_fall_on_entries() {
         let points: Vec<(f64, f64)> = (0..256).map(|i| (f64::from(i), f64::from(i * 7919 % 256) / 512.0)).collect();
         let transfer = gray(points.clone());
-        let layout = ValueTable::new(&transfer, (0.0, 255.0), Slab { ratio: 0.5, form: SlabForm::Exponential });
+        let layout = ValueTable::new(&transfer, (0.0, 255.0), Slab { ratio: 0.5, form: SlabForm::Exponential, measure: Measure::Opacity });
         assert_eq!(layout.intervals % 255, 0);
         assert!(worst(&transfer, (0.0, 255.0), 0.5) < 1.0 / 1024.0);
     }

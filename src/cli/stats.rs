@@ -35,6 +35,7 @@ pub(super) fn json(clock: Clock, stats: &RenderStats, warnings: &[String], pictu
             "between": t.between,
             "lanes": t.lanes,
             "hidden": t.hidden,
+            "gradients": t.gradients,
             "batches": t.batches,
             "whole_batches": t.whole_batches,
             "empty_batches": t.empty_batches,
@@ -102,6 +103,9 @@ pub(super) fn explain(stats: &RenderStats, picture: &Picture) -> String {
     row("= for fragments", t.looked_up, "as above");
     row("+ in lanes beside them", t.beside, "a row of a batch is 8 pixels of one slice, 8 lanes, covered or not");
     row("+ between slabs", t.between, "values at the rays' ends, and where slices resume");
+    if t.gradients > 0 {
+        row("gradients taken", t.gradients, "of the values, in rows in which something shows: the voxels around a cell");
+    }
     text += &table.end();
     let mut table = Table::new(&["left out", "saved", "of", "share", "why"]);
     for LeftOut { what, why, saved, .. } in &stats.left_out {

@@ -163,12 +163,14 @@ fn rounds(c: &[f32; 8], w: [f32; 3]) -> [f32; 7] {
     [x[0], x[1], x[2], x[3], y[0], y[1], lerp(y[0], y[1], w[2])]
 }
 
-const QUANTITIES: [Quantity; 9] = [
+const QUANTITIES: [Quantity; 11] = [
     Quantity::Covered,
     Quantity::Length,
     Quantity::Cell,
     Quantity::Weight,
     Quantity::Value,
+    Quantity::Normal,
+    Quantity::Steepness,
     Quantity::Color,
     Quantity::Alpha,
     Quantity::Sum,
@@ -182,6 +184,8 @@ fn same(quantity: Quantity, a: &Snapshot, b: &Snapshot) -> bool {
         Quantity::Cell => a.cell == b.cell,
         Quantity::Weight => a.weight == b.weight,
         Quantity::Value => a.value == b.value || (a.value.is_nan() && b.value.is_nan()),
+        Quantity::Normal => a.normal == b.normal,
+        Quantity::Steepness => a.steepness == b.steepness,
         Quantity::Color => a.color == b.color,
         Quantity::Alpha => a.alpha == b.alpha,
         Quantity::Sum => a.sum == b.sum,
@@ -200,6 +204,8 @@ fn column<'s>(quantity: Quantity, each: impl Iterator<Item = Option<&'s Snapshot
         Quantity::Cell => Column::Voxel(each.map(|s| s.map(|s| s.cell)).collect()),
         Quantity::Weight => Column::Triple(each.map(|s| s.map(|s| s.weight)).collect()),
         Quantity::Value => Column::Number(each.map(|s| s.map(|s| s.value)).collect()),
+        Quantity::Normal => Column::Triple(each.map(|s| s.map(|s| s.normal)).collect()),
+        Quantity::Steepness => Column::Number(each.map(|s| s.map(|s| s.steepness)).collect()),
         Quantity::Color => Column::Triple(each.map(|s| s.map(|s| s.color)).collect()),
         Quantity::Alpha => Column::Number(each.map(|s| s.map(|s| s.alpha)).collect()),
         Quantity::Sum => Column::Triple(each.map(|s| s.map(|s| s.sum)).collect()),

@@ -46,11 +46,14 @@ struct Place {
     /// From one voxel to the next along x, y and z, in the unit of offsets: packed voxels have gaps behind rows and layers. 0 along axes of
     /// one voxel.
     strides: [u64; 3],
+    /// Size of a gradient of 1 in the batch's numbers, data units per world unit.
+    gradient_unit: f32,
 }
 
 impl Place {
     fn of(frame: &Frame<'_>) -> Self {
-        Self { far: frame.sample.far, strides: frame.sample.strides.map(|s| s as u64) }
+        let gradient_unit = frame.optional.gradient.as_ref().map_or(0.0, |g| g.unit as f32);
+        Self { far: frame.sample.far, strides: frame.sample.strides.map(|s| s as u64), gradient_unit }
     }
 
     /// The voxel at offset `at`.
@@ -79,6 +82,9 @@ pub(super) struct Snapshot {
     pub(super) weight: [f32; 3],
     /// The number looked up.
     pub(super) value: f32,
+    /// Direction against the gradient, and the gradient's size in data units per world unit.
+    pub(super) normal: [f32; 3],
+    pub(super) steepness: f32,
     /// Premultiplied colour and opacity of the slab.
     pub(super) color: [f32; 3],
     pub(super) alpha: f32,
@@ -89,6 +95,8 @@ pub(super) struct Snapshot {
 
 impl Snapshot {
     fn of(batch: &Batch, place: Place, i: usize) -> Self {
+        // Gradients are taken in rows that show alone.
+        let sloped = batch.gradient.rows >> (i / SIDE) & 1 == 1;
         let offset = if place.far { batch.rare.far_offset[i] } else { batch.sample.offset[i] as u64 };
         Self {
             covered: batch.mask >> i & 1 == 1,
@@ -96,6 +104,8 @@ impl Snapshot {
             cell: place.voxel((batch.geometry.cells.base as u64).wrapping_add(offset)),
             weight: [0, 1, 2].map(|axis: usize| batch.sample.weight[axis][i]),
             value: batch.sample.value[i],
+            normal: [0, 1, 2].map(|axis: usize| if sloped { batch.gradient.normal[axis][i] } else { 0.0 }),
+            steepness: if sloped { batch.gradient.size[i] * place.gradient_unit } else { 0.0 },
             color: [0, 1, 2].map(|c: usize| batch.slab.color[c][i]),
             alpha: batch.slab.alpha[i],
             sum: [0, 1, 2].map(|c: usize| batch.pixels.color[c][i]),

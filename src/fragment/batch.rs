@@ -134,6 +134,20 @@ pub(crate) struct FogBatch {
     pub(crate) slice: f32,
 }
 
+/// The gradients of the values.
+#[derive(Clone)]
+#[repr(C, align(64))]
+pub(crate) struct GradientBatch {
+    /// Direction against the gradient, world space, of length 1; 0 where there is no gradient.
+    pub(crate) normal: [[f32; BATCH]; 3],
+    /// Size of the gradient, in units of the frame; 0 where there is none, or a voxel around is NaN or infinite.
+    pub(crate) size: [f32; BATCH],
+    /// Rows in which something shows: they have gradients, others what an earlier slice left.
+    pub(crate) rows: u8,
+    /// Gradients taken since the batch was made.
+    pub(crate) taken: u64,
+}
+
 /// 64 fragments on their way through the stages.
 #[derive(Clone)]
 #[repr(C, align(64))]
@@ -166,6 +180,8 @@ pub(crate) struct Batch {
     pub(crate) rare: RareSample,
     /// What fog needs.
     pub(crate) fog: FogBatch,
+    /// The values' gradients.
+    pub(crate) gradient: GradientBatch,
 }
 
 impl Batch {
@@ -211,6 +227,7 @@ impl Batch {
             },
             rare: RareSample { far_offset: [0; BATCH], corners: Corners([[0.0; BATCH]; 8]), pairs8: CornerPairs([[0; BATCH]; 4]) },
             fog: FogBatch { each: [1.0; BATCH], slice: 1.0 },
+            gradient: GradientBatch { normal: [[0.0; BATCH]; 3], size: [0.0; BATCH], rows: 0, taken: 0 },
         })
     }
 }

@@ -50,7 +50,7 @@ fn halves16<L: Lanes, const SIGNED: bool>(pairs: &CornerPairs<u32>, p: usize, r:
 
 /// Byte `N` of each lane, with or without sign.
 #[inline(always)]
-fn byte<L: Lanes, const SIGNED: bool, const N: i32>(quad: L::I) -> L::F {
+pub(super) fn byte<L: Lanes, const SIGNED: bool, const N: i32>(quad: L::I) -> L::F {
     if !SIGNED {
         return L::byte::<N>(quad);
     }

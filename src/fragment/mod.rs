@@ -7,7 +7,7 @@
 //! - every lane is computed, covered or not; uncovered lanes are made transparent before blending.
 //!
 //! ```text
-//!  span -> texcoord -> fetch -> [guard] -> classify -> [correct] -> [fog] -> [mask] -> blend
+//!  span -> texcoord -> fetch -> [guard] -> classify -> [correct] -> [gradient] -> [gradient opacity] -> [light] -> [fog] -> [mask] -> blend
 //! ```
 //!
 //! What is known of a stage besides its kernel stands in `scene::StageId`.
@@ -19,6 +19,9 @@ mod correct;
 mod fetch;
 mod fog;
 mod frame;
+mod gradient;
+mod gradient_opacity;
+mod light;
 mod pair;
 pub(crate) mod project;
 mod span;
@@ -30,13 +33,18 @@ pub(crate) use classify::{Classify, ClassifyCorners};
 pub(crate) use correct::{Correct, CorrectRiemann};
 pub(crate) use fetch::{FetchAny, FetchCorners, FetchNearest, FetchPacked8, FetchPacked16, FetchPairs8, FetchPairs16, FetchPairs32, Guard};
 pub(crate) use frame::{BlendFrame, ColorFrame, FogFrame, Frame, SampleFrame};
+pub(crate) use gradient::GradientFrame;
+pub(crate) use gradient_opacity::OpacityFrame;
+pub(crate) use light::LightingFrame;
 pub(crate) use pair::{BEHIND, ClassifyPair, KeepValue};
 pub(crate) use project::{ProjectAdd, ProjectAverage, ProjectIso, ProjectLmip, ProjectMax, ProjectMin};
 pub(crate) use span::{Span, SpanPair};
 pub(crate) use texcoord::{Texcoord, TexcoordFar, TexcoordPart};
 
 use crate::lanes::Level;
+use crate::proxy::Stack;
 use crate::scene::{OptionalStage, Scene, StageId};
+use crate::volume::Grid;
 
 /// What a stage does to a batch, compiled for one instruction set.
 pub(crate) type Run<'v> = fn(&Frame<'v>, &mut Batch);
@@ -62,20 +70,35 @@ pub(crate) enum Pieces {
 /// Constants of the stages that scenes may ask for.
 #[derive(Debug, Clone)]
 pub(crate) struct OptionalFrame {
+    /// How gradients are taken, where anything depends on them.
+    pub(crate) gradient: Option<GradientFrame>,
+    /// How opacity depends on the gradient, if it does.
+    pub(crate) opacity: Option<OpacityFrame>,
+    /// Light, if any.
+    pub(crate) light: Option<LightingFrame>,
     /// Fog, if any.
     pub(crate) fog: Option<FogFrame>,
 }
 
 impl OptionalFrame {
-    /// Those of `scene`.
-    pub(crate) fn of(scene: &Scene) -> Self {
-        Self { fog: FogFrame::of(scene) }
+    /// Those of `scene` in slices of `stack` through a volume on `grid`, whose values are `scale` times the stages' numbers, plus something.
+    pub(crate) fn of(scene: &Scene, grid: &Grid, stack: &Stack, scale: f64) -> Self {
+        let gradient = scene.needs_gradient().then(|| GradientFrame::new(scene.gradient(), grid, scale));
+        Self {
+            opacity: gradient.as_ref().and_then(|gradient| OpacityFrame::of(scene.transfer(), gradient)),
+            light: scene.lighting().map(|lighting| LightingFrame::new(lighting, gradient.as_ref(), grid, stack)),
+            gradient,
+            fog: FogFrame::of(scene),
+        }
     }
 }
 
-/// The kernel of a stage that scenes may ask for; `None` where `scene` does not.
-pub(crate) fn optional_kernel<'v>(stage: OptionalStage, scene: &Scene, pieces: Pieces, level: Level) -> Option<Run<'v>> {
+/// The kernel of a stage that scenes may ask for; `None` where `scene` does not. `far` where offsets may leave i32.
+pub(crate) fn optional_kernel<'v>(stage: OptionalStage, scene: &Scene, pieces: Pieces, far: bool, level: Level) -> Option<Run<'v>> {
     match stage {
+        OptionalStage::Gradient => scene.needs_gradient().then(|| gradient::kernel(pieces, far, level)),
+        OptionalStage::GradientOpacity => (!scene.transfer().gradient_opacity().is_empty()).then(|| gradient_opacity::kernel(level)),
+        OptionalStage::Light => Some(light::kernel(scene.lighting()?.shading, pieces, far, level)),
         OptionalStage::Fog => Some(fog::kernel(scene.fog()?.distance(), pieces, level)),
     }
 }

@@ -43,9 +43,9 @@ pub(crate) struct ToF32 {
     pub(crate) bias: f64,
 }
 
-/// A voxel as f32.
+/// A voxel as f32, through `map` where one is given.
 #[inline(always)]
-fn convert<T: Number>(voxel: T, map: Option<ToF32>) -> f32 {
+pub(crate) fn convert<T: Number>(voxel: T, map: Option<ToF32>) -> f32 {
     match map {
         Some(m) => (voxel.to_f64() * m.gain - m.bias) as f32,
         None => voxel.to_f32(),
@@ -288,6 +288,95 @@ impl CellLoad {
             }
         });
         lit
+    }
+
+    /// Loads what central differences need around the cells of row `r`, from 8-bit voxels packed with their neighbours along y: 32 voxels
+    /// in ten vectors, whose bytes are those of [`CellLoad::quads8`].
+    ///
+    /// ```text
+    ///   0, 1: x-1, x and x+1, x+2 at z     4: x, x+1 at y-1 (bytes 0, 2)       8: x, x+1 at z-1
+    ///   2, 3: the same at z+1              5: x, x+1 at y+2 (bytes 1, 3)       9: x, x+1 at z+2
+    ///                                      6, 7: the same at z+1
+    /// ```
+    ///
+    /// # Panics
+    /// When a voxel lies outside `packed` or the stride along x is not 1: a bug of the caller's.
+    #[inline(always)]
+    pub(crate) fn around8<L: Lanes>(&self, packed: &[u16], offsets: &[i32; BATCH], r: usize) -> [L::I; 10] {
+        let o = row(offsets, r);
+        assert!(self.strides[0] == 1 && self.fits_around::<L>(o, packed.len()), "cells too near the volume's border");
+        let [_, sy, sz] = self.strides;
+        let from = packed.as_ptr().wrapping_add(self.base);
+        let quad = |from: *const u16| {
+            L::set_i(o.map(|at| {
+                // SAFETY: `fits_around` has shown that all voxels around base + at are inside; the read may be unaligned.
+                let both = unsafe { from.wrapping_add(at as usize).cast::<i32>().read_unaligned() };
+                if cfg!(target_endian = "big") { both.rotate_left(16) } else { both }
+            }))
+        };
+        let four = |from: *const u16| {
+            L::set_pairs(o.map(|at| {
+                // SAFETY: as above.
+                let [a, b, c, d] = unsafe { from.wrapping_add(at as usize).cast::<[u16; 4]>().read_unaligned() }.map(u64::from);
+                a | b << 16 | c << 32 | d << 48
+            }))
+        };
+        let ([a, b], [c, d]) = (four(from.wrapping_sub(1)), four(from.wrapping_add(sz).wrapping_sub(1)));
+        let far = from.wrapping_add(sz);
+        [
+            a, b, c, d,
+            quad(from.wrapping_sub(sy)), quad(from.wrapping_add(sy)),
+            quad(far.wrapping_sub(sy)), quad(far.wrapping_add(sy)),
+            quad(from.wrapping_sub(sz)), quad(far.wrapping_add(sz)),
+        ]
+    }
+
+    /// The same from 16-bit voxels: 32 voxels in twenty vectors, each a voxel in its low half and the one at y + 1 in its high one.
+    ///
+    /// ```text
+    ///   0 to 3: x-1, x, x+1, x+2 at z      8, 9: x, x+1 at y-1 (low halves)          16, 17: x, x+1 at z-1
+    ///   4 to 7: the same at z+1            10, 11: x, x+1 at y+2 (high halves)       18, 19: x, x+1 at z+2
+    ///                                      12 to 15: the same at z+1
+    /// ```
+    ///
+    /// # Panics
+    /// As [`CellLoad::around8`].
+    #[inline(always)]
+    pub(crate) fn around16<L: Lanes>(&self, packed: &[u32], offsets: &[i32; BATCH], r: usize) -> [L::I; 20] {
+        let o = row(offsets, r);
+        assert!(self.strides[0] == 1 && self.fits_around::<L>(o, packed.len()), "cells too near the volume's border");
+        let [_, sy, sz] = self.strides;
+        let from = packed.as_ptr().wrapping_add(self.base);
+        let quad = |from: *const u32| {
+            L::set_pairs(o.map(|at| {
+                // SAFETY: as in `around8`.
+                let both = unsafe { from.wrapping_add(at as usize).cast::<u64>().read_unaligned() };
+                if cfg!(target_endian = "big") { both.rotate_left(32) } else { both }
+            }))
+        };
+        let far = from.wrapping_add(sz);
+        let ([a, b], [c, d]) = (quad(from.wrapping_sub(1)), quad(from.wrapping_add(1)));
+        let ([e, f], [g, h]) = (quad(far.wrapping_sub(1)), quad(far.wrapping_add(1)));
+        let ([i, j], [k, l]) = (quad(from.wrapping_sub(sy)), quad(from.wrapping_add(sy)));
+        let ([m, n], [p, q]) = (quad(far.wrapping_sub(sy)), quad(far.wrapping_add(sy)));
+        let ([s, t], [u, v]) = (quad(from.wrapping_sub(sz)), quad(far.wrapping_add(sz)));
+        [a, b, c, d, e, f, g, h, i, j, k, l, m, n, p, q, s, t, u, v]
+    }
+
+    /// Whether a voxel before and two voxels behind the lowest corner of each cell at `base + offsets` lie within `len` voxels, along
+    /// every axis.
+    #[inline(always)]
+    fn fits_around<L: Lanes>(&self, offsets: &[i32; WIDTH], len: usize) -> bool {
+        let [sx, sy, sz] = self.strides;
+        let sum = |x: usize, y: usize, z: usize| sx.checked_mul(x)?.checked_add(sy.checked_mul(y)?)?.checked_add(sz.checked_mul(z)?);
+        let (Some(before), Some(behind)) = (sum(1, 1, 1), sum(2, 1, 2)) else { return false };
+        // The largest offset that fits; and the least, which may lie below the base voxel's own.
+        let room = len.checked_sub(1).and_then(|last| last.checked_sub(behind)?.checked_sub(self.base));
+        let Some(room) = room else { return false };
+        let Ok(least) = i32::try_from(before.saturating_sub(self.base)) else { return false };
+        let limit = L::splat_i(i32::try_from(room).unwrap_or(i32::MAX));
+        let o = L::load_i(offsets);
+        L::bits(L::gt_i(L::splat_i(least), o)) | L::bits(L::gt_i(o, limit)) == 0
     }
 
     /// Loads two neighbours along x at a time, for 32-bit voxels, into `out` as the bits they are. Needs a stride of 1 along x.

@@ -2,7 +2,7 @@
 
 use super::needs::{BlendKind, Needs};
 use crate::lanes::BATCH;
-use crate::scene::{Fits, FogDistance, OptionalStage, Order, Scene};
+use crate::scene::{FogDistance, OptionalStage, Order, Scene};
 use crate::tally::{Counters, LeftOut, Tally};
 use crate::volume::{Volume, VoxelType};
 
@@ -59,10 +59,11 @@ pub(crate) fn planned(scene: &Scene, volume: &Volume, needs: &Needs, loads: u64)
     let mut list: Vec<Planned> = Vec::new();
     let mut add = |what: &str, why: &str, saving: Saving| list.push(Planned::new(what, why, saving));
     let colors = needs.colors();
-    for (stage, option) in OptionalStage::ALL.map(|stage| (stage.info(), stage.option())) {
-        match option.projections {
-            _ if !(option.wanted)(scene) => add(stage.name, option.absent, lanes("lanes")),
-            Fits::No(why) if !colors => add(stage.name, why, lanes("lanes")),
+    for (id, stage, option) in OptionalStage::ALL.map(|stage| (stage, stage.info(), stage.option())) {
+        let saving = if id == OptionalStage::Gradient { Saving::Lanes { saved: 6, done: 1, unit: "lookups" } } else { lanes("lanes") };
+        match option.projections.left_out() {
+            _ if !(option.wanted)(scene) => add(stage.name, option.absent, saving),
+            Some(why) if !colors => add(stage.name, why, saving),
             _ => {}
         }
     }
@@ -74,7 +75,6 @@ pub(crate) fn planned(scene: &Scene, volume: &Volume, needs: &Needs, loads: u64)
         add("clip planes", "the scene has none", Saving::Unknown);
     }
     add("division by q", "texture coordinates are affine on a view-aligned slice", lanes("divisions"));
-    add("gradient and lighting", "the scene has no light", Saving::Lanes { saved: 6, done: 1, unit: "lookups" });
     if !colors {
         add("classification per fragment", "the projected value is classified once a pixel", lanes("lanes"));
         add("opacity correction", "values are projected, opacities are not", lanes("lanes"));
@@ -145,6 +145,12 @@ pub(crate) fn passed_over(t: &Tally, visible_share: Option<f64>) -> Vec<LeftOut>
             "classification and blending of rows",
             "nothing shows at the values looked up in them",
             (t.hidden, t.lanes),
+            "lanes",
+        ),
+        LeftOut::counted(
+            "gradients and light of rows",
+            "nothing shows in them",
+            (if t.gradients > 0 { t.lanes - t.gradients.min(t.lanes) } else { 0 }, t.lanes),
             "lanes",
         ),
         LeftOut::counted(

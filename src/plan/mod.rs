@@ -23,7 +23,7 @@ pub(crate) use prepared::{MergedData, Prepared, TransferData, TransferKey, Volum
 pub(crate) use scaling::Scaling;
 pub(crate) use stages::{PairStages, Stages};
 
-use crate::classify::{By, Classify, Slab};
+use crate::classify::{By, Classify, Measure, Slab};
 use crate::fragment::project::NOTHING;
 use crate::fragment::{BlendFrame, ColorFrame, Frame, OptionalFrame, SampleFrame};
 use crate::lanes::{Level, LookupTable};
@@ -94,7 +94,8 @@ impl<'v> FramePlan<'v> {
         } else {
             stack.spacing / scene.transfer().opacity_length(domain.map_or(volume.grid(), Domain::whole))
         };
-        let slab = Slab { ratio, form: needs.method.slab };
+        let measure = if needs.optical_depth { Measure::OpticalDepth } else { Measure::Opacity };
+        let slab = Slab { ratio, form: needs.method.slab, measure };
         let by = if needs.method.is_pre_integrated() { By::Pair } else { By::Value };
         let transfer = kept.transfer(TransferKey { transfer: scene.transfer().clone(), slab, by });
         // Where empty slices count, or are looked at, all rows do.
@@ -103,7 +104,7 @@ impl<'v> FramePlan<'v> {
             sample: sample_frame(volume, data, &needs, lookup, &color),
             color,
             blend: BlendFrame { terminate, level: level_of(scene, &data.scaling) as f32 },
-            optional: OptionalFrame::of(scene),
+            optional: OptionalFrame::of(scene, volume.grid(), &stack, data.scaling.scale),
         };
         let merged = if needs.merge { kept.merged(&transfer) } else { None };
         let runs = Runs::new(&stack, needs.ends.between(), needs.merge);

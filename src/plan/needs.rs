@@ -31,6 +31,8 @@ pub(crate) struct Needs {
     pub(crate) compensated: bool,
     /// What the outermost pieces of rays are.
     pub(crate) ends: EndPieces,
+    /// Whether classification gives optical depth, because opacity depends on more than the value.
+    pub(crate) optical_depth: bool,
 }
 
 /// [`Blend`] without its numbers.
@@ -90,6 +92,7 @@ impl Needs {
             method,
             compensated: compensated && blend == BlendKind::Over,
             ends,
+            optical_depth: colors && !scene.transfer().gradient_opacity().is_empty() && !LEAN,
         }
     }
 

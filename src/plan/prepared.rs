@@ -106,8 +106,8 @@ impl MergedData {
             // Classes are too coarse to tell what shows from what does not.
             if layout.may_show(low, high) { changes.class(low, high).max(1) } else { 0 }
         });
-        let Slab { ratio, form } = data.key.slab;
-        let tables = MERGED.map(|count| Arc::new(layout.table(&data.key.transfer, Slab { ratio: count as f64 * ratio, form })));
+        let slab = data.key.slab;
+        let tables = MERGED.map(|count| Arc::new(layout.table(&data.key.transfer, Slab { ratio: count as f64 * slab.ratio, ..slab })));
         Some(Self { tables, strongest: strongest(&data.table), bricks })
     }
 }

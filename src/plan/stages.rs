@@ -4,7 +4,7 @@ use super::needs::{BlendKind, Lookup, Needs};
 use crate::fragment::*;
 use crate::lanes::Level;
 use crate::lean::LEAN;
-use crate::scene::{Classification, Fits, Order, Scene, SlabForm, StageId, Target};
+use crate::scene::{Classification, InProjections, Order, Scene, SlabForm, StageId, Target};
 use crate::volume::VoxelType;
 
 /// Stages of batches whose fragments are all covered by whole slabs, and of all others.
@@ -95,15 +95,16 @@ impl Kernels<'_> {
                 .then(|| level.kernel::<Guard, _, _>()),
             StageId::Keep => (of == For::Keep).then(|| level.kernel::<KeepValue, _, _>()),
             StageId::Classify => shades.then(|| self.classify()),
-            StageId::Correct => (shades && (of != For::Whole || self.needs.perspective)).then(|| self.correct()),
+            // Where opacity depends on the gradient that stage knows the length too.
+            StageId::Correct => (shades && !self.needs.optical_depth && (of != For::Whole || self.needs.perspective)).then(|| self.correct()),
             StageId::Mask => (shades && (of != For::Whole || self.needs.guard)).then(|| level.kernel::<MaskStage, _, _>()),
             StageId::Blend => (of != For::Keep).then(|| self.blend()),
             // Runs before the lists.
             StageId::Span => None,
             StageId::Optional(stage) => {
                 let pieces = if of == For::Behind { Pieces::BehindSlices } else { Pieces::OnSlice };
-                let runs = of != For::Keep && (colors || stage.option().projections == Fits::Yes);
-                if runs && !LEAN { optional_kernel(stage, self.scene, pieces, level) } else { None }
+                let runs = of != For::Keep && (colors || stage.option().projections == InProjections::Runs);
+                if runs && !LEAN { optional_kernel(stage, self.scene, pieces, self.needs.far, level) } else { None }
             }
         }
     }

@@ -121,6 +121,7 @@ pub(crate) fn render_tiles<O: Observer, F: Finish>(
                 break;
             }
         }
+        counters.gradients = batch.gradient.taken;
         (counters, seen)
     });
     if stopped.into_inner() {

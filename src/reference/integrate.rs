@@ -263,6 +263,9 @@ fn follow(scene: &Scene) -> Result<Option<Fog>> {
                 return Err(Error::invalid("fog weighting literal depends on the number of slices: there is no reference for it"));
             }
             OptionalStage::Fog => fog = scene.fog().copied(),
+            OptionalStage::Gradient => {}
+            OptionalStage::GradientOpacity => return Err(Error::invalid("transfer gradient_opacity: there is no reference for it")),
+            OptionalStage::Light => return Err(Error::invalid("light: there is no reference for it")),
         }
     }
     Ok(fog)

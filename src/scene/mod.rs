@@ -7,7 +7,8 @@ mod colormap;
 #[cfg(feature = "scene-file")]
 mod file;
 mod fog;
-mod light;
+mod lighting;
+mod linear_light;
 mod method;
 mod opengl;
 mod phantom_transfer;
@@ -25,18 +26,19 @@ pub use colormap::ColorMap;
 #[cfg(feature = "scene-file")]
 pub use file::{Key, KeyKind, Overrides, SceneFile, keys, schema};
 pub use fog::{Fog, FogDistance, FogMode, FogWeighting};
+pub use lighting::{Gradient, Light, LightSource, Lighting, MAX_LIGHTS, Shading};
 pub use method::{Accumulation, Classification, Ends, Filter, Method, SampleAt, SlabForm, Target};
 pub use opengl::{
     AlphaTest, Arithmetic, BlendFunction, Compare, Environment, Equation, Factor, FogEvaluation, OpenGl, Scissor, TableColors,
     TextureFormat, Wrap,
 };
 pub use preset::Preset;
-pub use stage::{Fits, OptionalStage, Quantity, StageId, StageInfo, StageOption};
+pub use stage::{Fits, InProjections, OptionalStage, Quantity, StageId, StageInfo, StageOption};
 pub use transfer::TransferFunction;
 
 use crate::{Error, Result};
-use light::Light;
-pub(crate) use light::to_display;
+use linear_light::ColorNumbers;
+pub(crate) use linear_light::to_display;
 
 /// Most slices of one picture.
 pub const MAX_SLICES: u64 = 1 << 24;
@@ -90,6 +92,13 @@ pub enum Blend {
     },
 }
 
+impl Blend {
+    /// Whether values of a ray are compared or averaged, and one of them becomes the pixel's colour.
+    pub(crate) fn projects_values(self) -> bool {
+        !matches!(self, Self::Over | Self::Add | Self::Iso { .. })
+    }
+}
+
 /// A picture to make of some volume.
 ///
 /// # Guarantees
@@ -107,7 +116,9 @@ pub struct Scene {
     terminate: f32,
     fog: Option<Fog>,
     fog_background: bool,
-    light: Light,
+    colors: ColorNumbers,
+    lighting: Option<Lighting>,
+    gradient: Gradient,
     clip_planes: Vec<ClipPlane>,
     blend: Blend,
     method: Method,
@@ -128,7 +139,9 @@ impl Scene {
             terminate: 1.0 / 1024.0,
             fog: None,
             fog_background: false,
-            light: Light::Display,
+            colors: ColorNumbers::Display,
+            lighting: None,
+            gradient: Gradient::default(),
             clip_planes: Vec::new(),
             blend: Blend::Over,
             method: Method::default(),
@@ -171,6 +184,8 @@ impl Scene {
     }
 
     /// The scene through another transfer function, with the length that its opacities refer to.
+    ///
+    /// Where a function with a gradient opacity meets what that does not go together with, [`Scene::check`] says so.
     #[must_use]
     pub fn with_transfer(mut self, transfer: TransferFunction) -> Self {
         self.transfer = transfer;
@@ -236,13 +251,31 @@ impl Scene {
         self
     }
 
+    /// The scene in light, or without any.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for a coefficient that is negative or not finite, a shininess outside 1 to 1000, and together with projections of
+    /// values, [`Method::merge`] and the profile `opengl`.
+    pub fn with_lighting(mut self, lighting: Option<Lighting>) -> Result<Self> {
+        lighting.iter().try_for_each(Lighting::check)?;
+        self.lighting = lighting;
+        self.agreed()
+    }
+
+    /// The scene with gradients taken another way: for light, for [`TransferFunction::gradient_opacity`], and for level surfaces.
+    #[must_use]
+    pub fn with_gradient(mut self, gradient: Gradient) -> Self {
+        self.gradient = gradient;
+        self
+    }
+
     /// Whether colours are blended as amounts of light instead of as the display's numbers: those of transfer function, background and fog
     /// are taken for sRGB and turned into light, the picture's are turned back.
     ///
     /// # Errors
     /// [`Error::Invalid`] together with the profile `opengl`, which blends the display's numbers.
     pub fn with_linear_light(mut self, linear: bool) -> Result<Self> {
-        self.light = if linear { Light::ToBeLinear } else { Light::Display };
+        self.colors = if linear { ColorNumbers::ToBeLinear } else { ColorNumbers::Display };
         self.agreed()
     }
 
@@ -308,6 +341,14 @@ impl Scene {
         self.agreed()
     }
 
+    /// Whether the scene's parts go together.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] where they do not: what every setter that returns a `Result` has checked already, and every renderer checks again.
+    pub fn check(&self) -> Result<()> {
+        self.clone().agreed().map(drop)
+    }
+
     /// The scene itself, unless it asks for what its profile does not have.
     fn agreed(self) -> Result<Self> {
         for option in OptionalStage::wanted(&self).map(OptionalStage::option) {
@@ -315,6 +356,8 @@ impl Scene {
                 (self.opengl.is_some(), option.opengl, "the profile opengl"),
                 (self.method.is_pre_integrated(), option.pairs, "pre-integrated classification"),
                 (self.method.merge, option.merging, "slices merge"),
+                (self.method.slab == SlabForm::Riemann, option.riemann, "slices slab riemann"),
+                (self.blend.projects_values(), option.projections.refusal(), "a projection of values"),
             ];
             for (asked, fits, with) in checks {
                 if let (true, Fits::No(why)) = (asked, fits) {
@@ -389,6 +432,21 @@ impl Scene {
     /// Fog, if any.
     pub fn fog(&self) -> Option<&Fog> {
         self.fog.as_ref()
+    }
+
+    /// Light, if any.
+    pub fn lighting(&self) -> Option<&Lighting> {
+        self.lighting.as_ref()
+    }
+
+    /// How gradients are taken, where the scene needs them.
+    pub fn gradient(&self) -> Gradient {
+        self.gradient
+    }
+
+    /// Whether fragments need the gradient of the values.
+    pub(crate) fn needs_gradient(&self) -> bool {
+        self.lighting.as_ref().is_some_and(Lighting::needs_gradient) || !self.transfer.gradient_opacity().is_empty()
     }
 
     /// Whether the background is fogged.

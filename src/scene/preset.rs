@@ -3,7 +3,7 @@
 //! CT presets stand at fixed Hounsfield units (air -1000, fat about -100, water 0, soft tissue 20 to 80, contrast-filled vessels
 //! 150 to 400, bone from 250 up) with opacities per millimetre. The others are laid over the volume's own values: see [`Landmarks`].
 
-use super::{ColorMap, TransferFunction};
+use super::{ColorMap, Lighting, TransferFunction};
 use crate::volume::{Modality, Space, Statistics};
 use crate::{Result, Volume};
 
@@ -219,6 +219,12 @@ impl Preset {
             Some(length) => transfer.with_unit(length),
             None => Ok(transfer),
         }
+    }
+
+    /// The light that it comes in, for `volume`; `None` where it is meant to be seen without.
+    pub fn lighting(self, volume: &Volume) -> Option<Lighting> {
+        let _ = volume;
+        None
     }
 
     /// Whether the preset makes sense for `volume`.

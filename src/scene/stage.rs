@@ -41,6 +41,12 @@ pub enum StageId {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[non_exhaustive]
 pub enum OptionalStage {
+    /// The gradient of the values at a fragment.
+    Gradient,
+    /// Opacity by the gradient's size.
+    GradientOpacity,
+    /// Light.
+    Light,
     /// Fog between the eye and a fragment.
     Fog,
 }
@@ -59,6 +65,10 @@ pub enum Quantity {
     Weight,
     /// The interpolated value.
     Value,
+    /// Direction against the gradient, world space, of length 1.
+    Normal,
+    /// Size of the gradient, data units per world unit.
+    Steepness,
     /// Premultiplied colour of its slab.
     Color,
     /// Opacity of its slab.
@@ -76,6 +86,35 @@ pub enum Fits {
     Yes,
     /// It does not, for this reason.
     No(&'static str),
+}
+
+/// What becomes of a stage where values are projected, and colours are not blended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum InProjections {
+    /// It runs.
+    Runs,
+    /// It is left out, and the list of what was left out says why.
+    LeftOut(&'static str),
+    /// A scene that asks for it is refused, for this reason. Level surfaces, which are no values, are not refused: it is left out there.
+    Refused(&'static str),
+}
+
+impl InProjections {
+    /// Why a projection of values is refused, where it is.
+    pub(super) fn refusal(self) -> Fits {
+        match self {
+            Self::Refused(why) => Fits::No(why),
+            Self::Runs | Self::LeftOut(_) => Fits::Yes,
+        }
+    }
+
+    /// Why the stage does not run, where it does not.
+    pub(crate) fn left_out(self) -> Option<&'static str> {
+        match self {
+            Self::Runs => None,
+            Self::LeftOut(why) | Self::Refused(why) => Some(why),
+        }
+    }
 }
 
 /// What a stage is called, does and sets.
@@ -99,14 +138,15 @@ pub struct StageOption {
     pub wanted: fn(&Scene) -> bool,
     /// What the list of what was left out says of scenes that do not ask for it: "the scene has none".
     pub absent: &'static str,
-    /// Whether it runs where values are projected (mip, average, ...), and colours are not blended. `No`: it is left out there, and the list
-    /// of what was left out says why.
-    pub projections: Fits,
+    /// What becomes of it where values are projected (mip, average, ...), and colours are not blended.
+    pub projections: InProjections,
     /// Whether one slab may stand for three or nine in its scenes: whether what it does to a thick slab is what it does to thin ones. `No`,
     /// as for the two fields below: such a scene is refused.
     pub merging: Fits,
     /// Whether it runs on slabs between two values (pre-integrated).
     pub pairs: Fits,
+    /// Whether it runs on Riemann's slabs, whose opacity may pass 1.
+    pub riemann: Fits,
     /// Whether the profile opengl draws it.
     pub opengl: Fits,
     /// Why empty space cannot be skipped in a scene that asks for it, where that is so: it shows where classification shows nothing.
@@ -115,7 +155,7 @@ pub struct StageOption {
 
 impl StageId {
     /// All stages, in their order.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 13] = [
         Self::Span,
         Self::Texcoord,
         Self::Fetch,
@@ -123,6 +163,9 @@ impl StageId {
         Self::Keep,
         Self::Classify,
         Self::Correct,
+        Self::Optional(OptionalStage::Gradient),
+        Self::Optional(OptionalStage::GradientOpacity),
+        Self::Optional(OptionalStage::Light),
         Self::Optional(OptionalStage::Fog),
         Self::Mask,
         Self::Blend,
@@ -179,11 +222,26 @@ impl StageId {
 
 impl OptionalStage {
     /// All of them, in their order.
-    pub const ALL: [Self; 1] = [Self::Fog];
+    pub const ALL: [Self; 4] = [Self::Gradient, Self::GradientOpacity, Self::Light, Self::Fog];
 
     /// What it is called, does and sets.
     pub const fn info(self) -> StageInfo {
         match self {
+            Self::Gradient => StageInfo {
+                name: "gradient",
+                about: "takes differences of the values around each fragment that shows: which way, and how steeply, they fall",
+                sets: &[Quantity::Normal, Quantity::Steepness],
+            },
+            Self::GradientOpacity => StageInfo {
+                name: "gradient opacity",
+                about: "turns optical depth into opacity, by a factor that depends on the gradient's size",
+                sets: &[Quantity::Color, Quantity::Alpha],
+            },
+            Self::Light => StageInfo {
+                name: "light",
+                about: "lights the colour: dark where the surface turns away from a light, bright where it mirrors one",
+                sets: &[Quantity::Color],
+            },
             Self::Fog => {
                 StageInfo { name: "fog", about: "mixes the colour with the fog's, the more the farther away", sets: &[Quantity::Color] }
             }
@@ -192,14 +250,50 @@ impl OptionalStage {
 
     /// What it answers for itself.
     pub fn option(self) -> StageOption {
+        const SURFACES: InProjections = InProjections::Refused("values are projected, and have no surface to light");
+        const SLABS: Fits = Fits::No("light changes from slab to slab where values do not");
         match self {
+            Self::Gradient => StageOption {
+                key: "light gradient",
+                wanted: Scene::needs_gradient,
+                absent: "nothing in the scene depends on it",
+                projections: InProjections::LeftOut("nothing depends on it before a pixel is finished"),
+                merging: Fits::Yes,
+                pairs: Fits::Yes,
+                riemann: Fits::Yes,
+                opengl: Fits::Yes,
+                shows_in_empty_space: |_| None,
+            },
+            Self::GradientOpacity => StageOption {
+                key: "transfer gradient_opacity",
+                wanted: |scene| !scene.transfer().gradient_opacity().is_empty(),
+                absent: "the transfer function depends on the value alone",
+                projections: InProjections::Refused("values are projected, opacities are not"),
+                merging: Fits::No("gradients change from slab to slab where values do not"),
+                pairs: Fits::No("a slab between two values has no gradient of its own; choose post"),
+                riemann: Fits::No("is for slabs of the form exponential"),
+                opengl: Fits::No("OpenGL's textures hold no gradients here"),
+                shows_in_empty_space: |_| None,
+            },
+            Self::Light => StageOption {
+                key: "light",
+                wanted: |scene| scene.lighting().is_some(),
+                absent: "the scene has no light",
+                projections: SURFACES,
+                merging: SLABS,
+                pairs: Fits::Yes,
+                riemann: Fits::Yes,
+                opengl: Fits::No("OpenGL lights vertices, and slices have no surface's"),
+                shows_in_empty_space: |_| None,
+            },
             Self::Fog => StageOption {
                 key: "fog mode",
                 wanted: |scene| scene.fog().is_some(),
                 absent: "the scene has none",
-                projections: Fits::No("values are projected, colours are not blended"),
+                projections: InProjections::LeftOut("values are projected, colours are not blended"),
                 merging: Fits::Yes,
                 pairs: Fits::Yes,
+                riemann: Fits::Yes,
                 opengl: Fits::Yes,
                 // Literal fog adds its colour whatever a fragment's opacity: that is its mistake, and it is reproduced.
                 shows_in_empty_space: |scene| {
@@ -225,6 +319,8 @@ impl Quantity {
             Self::Cell => "cell",
             Self::Weight => "weight",
             Self::Value => "value",
+            Self::Normal => "normal",
+            Self::Steepness => "steepness",
             Self::Color => "color",
             Self::Alpha => "alpha",
             Self::Sum => "sum",

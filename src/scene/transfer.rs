@@ -14,12 +14,13 @@ use crate::{Error, Result};
 ///
 /// # Guarantees
 /// Both lists hold at least one point, values are finite and never fall, colours and opacities lie in `[0,1]`, and the length,
-/// where one is given, is positive and finite.
+/// where one is given, is positive and finite. Points of the gradient opacity have gradients from 0 up.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TransferFunction {
     color: Vec<(f64, [f64; 3])>,
     opacity: Vec<(f64, f64)>,
     unit: Option<f64>,
+    gradient_opacity: Vec<(f64, f64)>,
 }
 
 impl TransferFunction {
@@ -43,7 +44,7 @@ impl TransferFunction {
         for &(v, a) in &opacity {
             unit("opacity", v, a)?;
         }
-        Ok(Self { color, opacity, unit: None })
+        Ok(Self { color, opacity, unit: None, gradient_opacity: Vec::new() })
     }
 
     /// The same function with opacities meant per `length` (world units) instead of per smallest voxel spacing.
@@ -56,6 +57,38 @@ impl TransferFunction {
         }
         self.unit = Some(length);
         Ok(self)
+    }
+
+    /// The same function with opacities that depend on the size of the gradient too: points of the gradient's size (data units per world
+    /// unit) and of a factor, 0 to 1, on the extinction, so on the opacity per unit length. Piecewise linear, constant beyond the ends; no
+    /// points: no factor.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] that names the point which is out of order or range.
+    pub fn with_gradient_opacity(mut self, points: Vec<(f64, f64)>) -> Result<Self> {
+        if !points.is_empty() {
+            check_order("gradient_opacity", points.iter().map(|p| p.0))?;
+        }
+        for &(g, factor) in &points {
+            if g < 0.0 {
+                return Err(Error::invalid(format!("transfer gradient_opacity: gradient {g} is negative")));
+            }
+            if !(0.0..=1.0).contains(&factor) {
+                return Err(Error::invalid(format!("transfer gradient_opacity at gradient {g}: {factor} is outside [0,1]")));
+            }
+        }
+        self.gradient_opacity = points;
+        Ok(self)
+    }
+
+    /// Points of the factor on the extinction: the gradient's size (data units per world unit), then the factor. None: no factor.
+    pub fn gradient_opacity(&self) -> &[(f64, f64)] {
+        &self.gradient_opacity
+    }
+
+    /// The exact factor on the extinction where the gradient has this size (data units per world unit).
+    pub fn gradient_factor(&self, size: f64) -> f64 {
+        if self.gradient_opacity.is_empty() { 1.0 } else { interpolate(&self.gradient_opacity, size, |a, b, t| a + (b - a) * t) }
     }
 
     /// The length (world units) that opacities refer to; `None` = the smallest voxel spacing of the volume that is shown.

@@ -40,6 +40,8 @@ pub(crate) struct Counters {
     pub(crate) merged: u64,
     /// Fragments in those.
     pub(crate) merged_fragments: u64,
+    /// Gradients taken, 8 a row of a batch.
+    pub(crate) gradients: u64,
 }
 
 impl Counters {
@@ -61,6 +63,7 @@ impl Counters {
         self.hidden += other.hidden;
         self.merged += other.merged;
         self.merged_fragments += other.merged_fragments;
+        self.gradients += other.gradients;
     }
 
     /// `rows` of a slice's batch go through the stages; `mask` tells the pixels it covers, one bit each.
@@ -102,6 +105,7 @@ impl Counters {
             beside: c.lanes - c.looked_up,
             between: c.fetches - c.lanes,
             hidden: c.hidden,
+            gradients: c.gradients,
             lanes: c.lanes + BATCH as u64 * c.exits,
             batches: c.batches,
             whole_batches: c.whole,

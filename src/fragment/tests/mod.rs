@@ -61,6 +61,9 @@ fn twins(id: StageId) -> &'static [fn()] {
             pair::pairs_of_second_order_with_a_fine_table,
         ],
         StageId::Correct => &[shade::correct, shade::correct_riemann],
+        StageId::Optional(OptionalStage::Gradient) => &[],
+        StageId::Optional(OptionalStage::GradientOpacity) => &[],
+        StageId::Optional(OptionalStage::Light) => &[],
         StageId::Optional(OptionalStage::Fog) => &[shade::fog_of_a_slice, shade::fog_by_distance, shade::fog_of_each_fragment],
         StageId::Mask => &[shade::mask],
         StageId::Blend => &[
@@ -248,7 +251,7 @@ fn frame<'v>(voxels: &'v Voxels, n: &mut Numbers) -> Frame<'v> {
             first_visible: 0.0,
         },
         blend: BlendFrame { terminate: 0.01, level: 100.0 },
-        optional: OptionalFrame { fog: None },
+        optional: OptionalFrame { gradient: None, opacity: None, light: None, fog: None },
     }
 }
 

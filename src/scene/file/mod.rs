@@ -13,6 +13,7 @@ mod camera;
 mod clip;
 mod fog;
 mod image;
+mod light;
 mod opengl;
 mod render;
 mod schema;
@@ -54,6 +55,10 @@ struct Document {
     slices: slices::SliceKeys,
     /// OpenGL's fog.
     fog: fog::FogKeys,
+    /// Light on the volume: a material, and one light.
+    light: light::LightKeys,
+    /// Up to four lights in the place of that of the section light.
+    lights: Vec<light::LightsKeys>,
     /// How fragments become pixels.
     render: render::RenderKeys,
     /// State of the OpenGL pipeline, for render.profile = "opengl".
@@ -140,9 +145,13 @@ impl SceneFile {
         let d = &self.document;
         let cx = Context { document: d, places: &self.places, base: &self.base };
         let mut data = Data { volume, scene: self.partial.clone(), warnings: Vec::new() };
-        d.transfer.finish(&cx, &mut data)?;
+        let ready = d.transfer.finish(&cx, &mut data)?;
         data.scene = data.scene.with_camera(d.camera.camera(&cx, volume.grid(), self.partial.size())?);
         d.render.finish(&mut data)?;
+        if ready.is_some() {
+            data.scene = d.light.apply(&d.lights, ready, &cx, data.scene)?;
+        }
+        data.scene.check().map_err(|e| cx.places.locate(e))?;
         d.slices.finish(&mut data);
         let Data { scene, mut warnings, .. } = data;
         let (min, max) = volume.range();
@@ -174,7 +183,8 @@ impl Document {
         self.slices.check_merge(cx, &scene)?;
         let scene = self.fog.apply(cx, scene)?;
         let scene = clip::apply(&self.clip, cx, scene)?;
-        self.render.apply(cx, scene)
+        let scene = self.render.apply(cx, scene)?;
+        self.light.apply(&self.lights, None, cx, scene)
     }
 
     /// `method` with what three sections change about it.

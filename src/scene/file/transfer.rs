@@ -3,7 +3,7 @@
 use super::schema::names;
 use super::section::{Context, Data, Rivals, choices};
 use crate::scene::preset::{Landmarks, Preset, looks_hounsfield_plus_1024};
-use crate::scene::{Classification, ColorMap, Method, TransferFunction};
+use crate::scene::{Classification, ColorMap, Lighting, Method, TransferFunction};
 use crate::{Result, Volume};
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::Deserialize;
@@ -23,6 +23,8 @@ pub(super) struct TransferKeys {
     pub color: Option<Vec<[f64; 4]>>,
     /// Points [value, opacity per opacity_unit], piecewise linear.
     pub opacity: Option<Vec<[f64; 2]>>,
+    /// Points [size of the gradient in data units per world unit, factor 0 to 1 on the opacity per unit length], piecewise linear.
+    pub gradient_opacity: Option<Vec<[f64; 2]>>,
     /// Length that opacities refer to, world units; the smallest voxel spacing or the preset's own unless given.
     pub opacity_unit: Option<f64>,
     /// Interpolate and then classify (post, the default), classify first (pre), or integrate over slabs (pre-integrated, or
@@ -72,14 +74,15 @@ impl TransferKeys {
         }
         let colors = self.colors().unwrap_or_else(|| vec![(0.0, [1.0; 3])]);
         let opacities = self.opacities().unwrap_or_else(|| vec![(0.0, 1.0)]);
-        TransferFunction::new(colors, opacities).and_then(|t| self.in_unit(t)).map_err(|e| cx.places.locate(e))
+        TransferFunction::new(colors, opacities).and_then(|t| self.with_rest(t)).map_err(|e| cx.places.locate(e))
     }
 
-    /// The scene through the transfer function for its volume.
-    pub(super) fn finish(&self, cx: &Context<'_>, data: &mut Data<'_>) -> Result<()> {
-        let transfer = self.function(cx, data.volume, &mut data.warnings).and_then(|t| self.in_unit(t));
-        data.scene = data.scene.clone().with_transfer(transfer.map_err(|e| cx.places.locate(e))?);
-        Ok(())
+    /// The scene through the transfer function for its volume; and the light of that, where it comes lit.
+    pub(super) fn finish(&self, cx: &Context<'_>, data: &mut Data<'_>) -> Result<Option<Lighting>> {
+        let made = self.function(cx, data.volume, &mut data.warnings).and_then(|(t, light)| Ok((self.with_rest(t)?, light)));
+        let (transfer, light) = made.map_err(|e| cx.places.locate(e))?;
+        data.scene = data.scene.clone().with_transfer(transfer);
+        Ok(light)
     }
 
     /// The part of the method that stands in this section.
@@ -87,8 +90,12 @@ impl TransferKeys {
         self.classification.map_or(method, |c| method.with_classification(c.into()))
     }
 
-    /// `transfer` with the unit of opacities that is given, or else its own.
-    fn in_unit(&self, transfer: TransferFunction) -> Result<TransferFunction> {
+    /// `transfer` with the unit of opacities and the gradient opacity that are given, or else its own.
+    fn with_rest(&self, transfer: TransferFunction) -> Result<TransferFunction> {
+        let transfer = match &self.gradient_opacity {
+            Some(points) => transfer.with_gradient_opacity(points.iter().map(|&[g, factor]| (g, factor)).collect())?,
+            None => transfer,
+        };
         match self.opacity_unit {
             Some(length) => transfer.with_unit(length),
             None => Ok(transfer),
@@ -112,7 +119,7 @@ impl TransferKeys {
     }
 
     /// The transfer function for `volume`, in its own unit of opacities.
-    fn function(&self, cx: &Context<'_>, volume: &Volume, warnings: &mut Vec<String>) -> Result<TransferFunction> {
+    fn function(&self, cx: &Context<'_>, volume: &Volume, warnings: &mut Vec<String>) -> Result<(TransferFunction, Option<Lighting>)> {
         let (colors, opacities) = (self.colors(), self.opacities());
         if self.colormap.is_none() && colors.is_none() && opacities.is_none() {
             return self.ready_made(cx, volume, warnings);
@@ -128,32 +135,39 @@ impl TransferKeys {
                 self.colormap(cx)?.unwrap_or(ColorMap::Gray).spread(lo, hi)
             }
         };
-        match opacities {
-            Some(opacities) => TransferFunction::new(colors, opacities),
+        let transfer = match opacities {
+            Some(opacities) => TransferFunction::new(colors, opacities)?,
             None => {
                 let ramp = Preset::GreyRamp.transfer(volume)?;
                 let transfer = TransferFunction::new(colors, ramp.opacity().to_vec())?;
                 match ramp.unit() {
-                    Some(length) => transfer.with_unit(length),
-                    None => Ok(transfer),
+                    Some(length) => transfer.with_unit(length)?,
+                    None => transfer,
                 }
             }
-        }
+        };
+        Ok((transfer, None))
     }
 
-    /// The preset that is given, or else the transfer function that suits the volume best.
-    fn ready_made(&self, cx: &Context<'_>, volume: &Volume, warnings: &mut Vec<String>) -> Result<TransferFunction> {
+    /// The preset that is given, or else the transfer function that suits the volume best; and its light.
+    fn ready_made(
+        &self,
+        cx: &Context<'_>,
+        volume: &Volume,
+        warnings: &mut Vec<String>,
+    ) -> Result<(TransferFunction, Option<Lighting>)> {
         if let Some(preset) = self.preset(cx)? {
             warnings.extend(preset.suits(volume).err());
-            return preset.transfer(volume);
+            return Ok((preset.transfer(volume)?, preset.lighting(volume)));
         }
         // Every built-in volume has a transfer function of its own, which fits its own values alone.
         if let Some((phantom, size)) = cx.document.volume.unscaled_phantom() {
-            return Ok(phantom.default_transfer(size));
+            return Ok((phantom.default_transfer(size), None));
         }
         if looks_hounsfield_plus_1024(volume.statistics()) {
             warnings.push("the values look like HU + 1024: set volume.intercept = -1024 to use the ct presets".into());
         }
-        Preset::suggest(volume).first().copied().unwrap_or(Preset::GreyRamp).transfer(volume)
+        let preset = Preset::suggest(volume).first().copied().unwrap_or(Preset::GreyRamp);
+        Ok((preset.transfer(volume)?, preset.lighting(volume)))
     }
 }

@@ -8,7 +8,7 @@ use super::{Scene, Straight};
 
 /// How the numbers of a scene's colours are meant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(super) enum Light {
+pub(super) enum ColorNumbers {
     /// sRGB, blended as they are.
     #[default]
     Display,
@@ -31,7 +31,7 @@ pub(crate) fn to_display(c: f64) -> f64 {
 impl Scene {
     /// Whether colours are blended as amounts of light.
     pub fn linear_light(&self) -> bool {
-        self.light != Light::Display
+        self.colors != ColorNumbers::Display
     }
 
     /// The scene as it is blended: its colours are amounts of light where it asks for that. Points of the transfer function are converted;
@@ -39,11 +39,12 @@ impl Scene {
     #[must_use]
     pub(crate) fn blended(&self) -> Self {
         let mut scene = self.clone();
-        if self.light == Light::ToBeLinear {
-            scene.light = Light::Linear;
+        if self.colors == ColorNumbers::ToBeLinear {
+            scene.colors = ColorNumbers::Linear;
             scene.transfer = self.transfer.with_colors(|rgb| rgb.map(to_linear));
             scene.background = Straight { rgb: self.background.rgb.map(to_linear), alpha: self.background.alpha };
             scene.fog = self.fog.map(|fog| fog.with_color_turned(to_linear));
+            scene.lighting = self.lighting.as_ref().map(|lighting| lighting.with_colors_turned(to_linear));
         }
         scene
     }
