@@ -195,6 +195,12 @@ impl Preset {
         }
     }
 
+    /// The transfer function of a preset that stands at fixed Hounsfield units, for which no volume is needed; `None` of the others.
+    pub fn at_fixed_values(self) -> Option<TransferFunction> {
+        let (Scale::Hounsfield, color, opacity) = self.table() else { return None };
+        TransferFunction::new(color.to_vec(), opacity.to_vec()).and_then(|t| t.with_unit(1.0)).ok()
+    }
+
     /// The preset for `volume`: a transfer function in the data's units that knows the length its opacities refer to.
     ///
     /// # Errors

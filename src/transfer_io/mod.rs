@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!  .vp    3D Slicer: one volume property          --.
-//!  .xml   3D Slicer: presets, several by name     --+-->  VolumeProperty  -->  the same four formats, and TOML
+//!  .xml   3D Slicer: presets, several by name     --+-->  VolumeProperty  -->  the same four formats
 //!  .json  ParaView: colour maps, several by name  --+
 //!  .csv   value, red, green, blue, opacity        --'
 //! ```
@@ -24,7 +24,6 @@ mod presets_xml;
 mod resample;
 #[cfg(test)]
 mod tests;
-mod toml;
 mod vp;
 
 use crate::{Error, Result};
@@ -197,8 +196,6 @@ pub fn write(property: &VolumeProperty, kind: FileKind) -> (String, Vec<String>)
     };
     (text, lost)
 }
-
-pub use toml::write as write_toml;
 
 /// What is wrong with a file, without its name.
 type Parsed<T> = std::result::Result<T, String>;

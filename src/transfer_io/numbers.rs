@@ -63,6 +63,9 @@ pub(super) fn some<T>(points: Vec<T>, what: &str) -> Parsed<Vec<T>> {
 /// Gradient opacity, checked: positions are magnitudes, and a curve that is 1 everywhere is none.
 pub(super) fn gradient(points: Vec<[f64; 2]>, what: &str) -> Parsed<Points> {
     let points = curve(points, what)?;
+    if let Some((x, _)) = points.iter().find(|p| p.0 < 0.0) {
+        return Err(format!("{what}: the magnitude {x} is negative"));
+    }
     Ok(if points.iter().all(|p| p.1 == 1.0) { Vec::new() } else { points })
 }
 

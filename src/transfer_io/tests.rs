@@ -161,6 +161,7 @@ fn volume_properties_that_are_none() {
     says(7, "0", "line 7: scalar opacity: no points");
     says(7, "", "line 7: scalar opacity: no points");
     says(8, "2 0 -0.5", "line 8: gradient opacity: -0.5 at 0 is outside [0,1]");
+    says(8, "4 -3 0 1 1", "line 8: gradient opacity: the magnitude -3 is negative");
     says(9, "0", "line 9: colour: no points");
     says(9, "4 0 0 0 7", "line 9: colour: 7 at 0 is outside [0,1]");
     says(9, "6 0 0 0 0 1 1", "line 9: colour: 6 numbers are not a multiple of 4");
