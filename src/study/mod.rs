@@ -14,6 +14,7 @@ mod advice;
 mod balance;
 mod clock;
 mod cost;
+mod joint_plot;
 mod methods;
 
 mod plot;
@@ -24,10 +25,13 @@ mod report;
 mod observer;
 mod stability;
 mod stages;
+mod transfer_plot;
 
 pub use methods::{METHODS, NamedMethod};
 pub use precision::{Options, Study, study};
 pub use record::{Advice, Balance, Cost, MethodRecord, Point, PreIntegration, Record, Setting, Shared, SlicesFor, StageTime};
 
+pub use joint_plot::joint_histogram_png;
 pub use report::{File, scene_files, stability_files};
 pub use stability::{CountPoint, RiemannPoint, Row, Stability, stability};
+pub use transfer_plot::{Units, transfer_png};

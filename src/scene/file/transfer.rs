@@ -251,12 +251,9 @@ impl TransferKeys {
         warnings: &mut Vec<String>,
     ) -> Result<(TransferFunction, Option<Lighting>)> {
         if let Some(preset) = self.preset(cx)? {
-            if let (None, Some(transfer)) = (volume, preset.at_fixed_values()) {
-                return Ok((transfer, None));
-            }
-            let volume = needed()?;
-            warnings.extend(preset.suits(volume).err());
-            return Ok((preset.transfer(volume)?, preset.lighting(volume)));
+            let found = preset.found(volume)?;
+            warnings.extend(found.warnings);
+            return Ok((found.transfer, found.lighting));
         }
         // Every built-in volume has a transfer function of its own, which fits its own values alone.
         if let Some((phantom, size)) = cx.document.volume.unscaled_phantom() {

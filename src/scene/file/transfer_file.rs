@@ -4,7 +4,7 @@ use super::section::Context;
 use super::table::{self, Places};
 use super::{Document, MAX_BYTES, Overrides, text_of_file};
 use crate::scene::property::beyond_material;
-use crate::scene::{LightSource, Lighting, Scene, Shading, TransferFunction};
+use crate::scene::{LightSource, Lighting, Preset, Scene, Shading, TransferFunction};
 use crate::transfer_io::{self, Contents, FileKind, VolumeProperty};
 use crate::volume::VolumeSource;
 use crate::{Error, Result, Volume};
@@ -136,6 +136,21 @@ impl TransferFile {
         let FoundTransfer { transfer, lighting, warnings } = document.transfer.found(&cx, volume)?;
         let scene = document.light.apply(&document.lights, lighting, &cx, Scene::new(transfer))?;
         Ok(FoundTransfer { transfer: scene.transfer().clone(), lighting: scene.lighting().cloned(), warnings })
+    }
+}
+
+impl Preset {
+    /// The preset and its light, for `volume` where it needs one: those at fixed Hounsfield units do without, and are then not lit.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] where it needs a volume and none is given, and when the volume's range leaves f64's.
+    pub fn found(self, volume: Option<&Volume>) -> Result<FoundTransfer> {
+        let Some(volume) = volume else {
+            let needed = || Error::invalid(format!("{}: is laid over a volume's values, and there is no volume", self.name()));
+            return Ok(FoundTransfer { transfer: self.at_fixed_values().ok_or_else(needed)?, lighting: None, warnings: Vec::new() });
+        };
+        let warnings = self.suits(volume).err().into_iter().collect();
+        Ok(FoundTransfer { transfer: self.transfer(volume)?, lighting: self.lighting(volume), warnings })
     }
 }
 
