@@ -17,7 +17,7 @@ use super::frame::Frame;
 use super::{Pieces, Run};
 use crate::lanes::{Kernel, Lanes, Level, SIDE, convert, for_rows, lanes_of, row, row_mut};
 use crate::scene::Gradient;
-use crate::volume::packed::{Packed, PackedPairs};
+use crate::volume::packed::PackedPairs;
 use crate::volume::{Grid, VoxelSlices, with_slices};
 
 /// What gradients need.
@@ -107,59 +107,82 @@ const CUBE: [[i8; 3]; 64] = {
     steps
 };
 
+/// Of the four voxels along x from `at` on: twice the central difference, and the value, interpolated.
+#[inline(always)]
+fn edge<L: Lanes>(v: &[L::F; 32], at: usize, x: L::F) -> (L::F, L::F) {
+    let [a, b, c, d] = [v[at], v[at + 1], v[at + 2], v[at + 3]];
+    (lerp::<L>(L::sub(c, a), L::sub(d, b), x), lerp::<L>(b, c, x))
+}
+
 /// Twice the central difference along each axis, from voxels at [`CROSS`] and a place in the cell.
 #[inline(always)]
 fn central<L: Lanes>(v: &[L::F; 32], [x, y, z]: [L::F; 3]) -> [L::F; 3] {
-    let edge = |e: usize| {
-        let [a, b, c, d] = [v[4 * e], v[4 * e + 1], v[4 * e + 2], v[4 * e + 3]];
-        (lerp::<L>(L::sub(c, a), L::sub(d, b), x), lerp::<L>(b, c, x))
-    };
-    let [(d00, e00), (d10, e10), (d01, e01), (d11, e11)] = [edge(0), edge(1), edge(2), edge(3)];
+    // Interpolated along x: an edge's differences, and its values; two neighbours alone; and those along y as well.
+    let [(d00, e00), (d10, e10)] = [edge::<L>(v, 0, x), edge::<L>(v, 4, x)];
+    let [(d01, e01), (d11, e11)] = [edge::<L>(v, 8, x), edge::<L>(v, 12, x)];
     let along_x = lerp::<L>(lerp::<L>(d00, d10, y), lerp::<L>(d01, d11, y), z);
-    let beside = |at: usize| lerp::<L>(v[at], v[at + 1], x);
-    let slope_y = |before: usize, here: L::F, next: L::F| lerp::<L>(L::sub(next, beside(before)), L::sub(beside(before + 2), here), y);
-    let along_y = lerp::<L>(slope_y(16, e00, e10), slope_y(20, e01, e11), z);
-    let plane = |at: usize| lerp::<L>(beside(at), beside(at + 2), y);
+    let [before, behind] = [lerp::<L>(v[16], v[17], x), lerp::<L>(v[18], v[19], x)];
+    let near = lerp::<L>(L::sub(e10, before), L::sub(behind, e00), y);
+    let [before, behind] = [lerp::<L>(v[20], v[21], x), lerp::<L>(v[22], v[23], x)];
+    let far = lerp::<L>(L::sub(e11, before), L::sub(behind, e01), y);
+    let along_y = lerp::<L>(near, far, z);
+    let before = lerp::<L>(lerp::<L>(v[24], v[25], x), lerp::<L>(v[26], v[27], x), y);
+    let behind = lerp::<L>(lerp::<L>(v[28], v[29], x), lerp::<L>(v[30], v[31], x), y);
     let (here, next) = (lerp::<L>(e00, e10, y), lerp::<L>(e01, e11, y));
-    let along_z = lerp::<L>(L::sub(next, plane(24)), L::sub(plane(28), here), z);
+    let along_z = lerp::<L>(L::sub(next, before), L::sub(behind, here), z);
     [along_x, along_y, along_z]
 }
 
 /// The derivative of linear interpolation, from voxels at [`CELL`] and a place in the cell.
 #[inline(always)]
 fn analytic<L: Lanes>(v: &[L::F; 8], [x, y, z]: [L::F; 3]) -> [L::F; 3] {
-    let step = |a: usize, b: usize| L::sub(v[b], v[a]);
-    let plane = |a: L::F, b: L::F, c: L::F, d: L::F, s: L::F, t: L::F| lerp::<L>(lerp::<L>(a, b, s), lerp::<L>(c, d, s), t);
     [
-        plane(step(0, 1), step(2, 3), step(4, 5), step(6, 7), y, z),
-        plane(step(0, 2), step(1, 3), step(4, 6), step(5, 7), x, z),
-        plane(step(0, 4), step(1, 5), step(2, 6), step(3, 7), x, y),
+        bilinear::<L>([L::sub(v[1], v[0]), L::sub(v[3], v[2]), L::sub(v[5], v[4]), L::sub(v[7], v[6])], y, z),
+        bilinear::<L>([L::sub(v[2], v[0]), L::sub(v[3], v[1]), L::sub(v[6], v[4]), L::sub(v[7], v[5])], x, z),
+        bilinear::<L>([L::sub(v[4], v[0]), L::sub(v[5], v[1]), L::sub(v[6], v[2]), L::sub(v[7], v[3])], x, y),
     ]
+}
+
+#[inline(always)]
+fn bilinear<L: Lanes>([a, b, c, d]: [L::F; 4], s: L::F, t: L::F) -> L::F {
+    lerp::<L>(lerp::<L>(a, b, s), lerp::<L>(c, d, s), t)
+}
+
+/// 1 2 1 along a line, at both corners of the cell, interpolated.
+#[inline(always)]
+fn smooth<L: Lanes>([a, b, c, d]: [L::F; 4], t: L::F) -> L::F {
+    let near = L::add(L::add(a, c), L::add(b, b));
+    let far = L::add(L::add(b, d), L::add(c, c));
+    lerp::<L>(near, far, t)
+}
+
+/// -1 0 1 along a line, at both corners of the cell, interpolated.
+#[inline(always)]
+fn slope<L: Lanes>([a, b, c, d]: [L::F; 4], t: L::F) -> L::F {
+    lerp::<L>(L::sub(c, a), L::sub(d, b), t)
 }
 
 /// 32 times Sobel's difference along each axis: 1 2 1 along both other axes, -1 0 1 along its own, interpolated; from voxels at [`CUBE`].
 #[inline(always)]
 fn sobel<L: Lanes>(v: &[L::F; 64], place: [L::F; 3]) -> [L::F; 3] {
-    // Smoothed and differenced at both corners along one axis, then interpolated.
-    let smooth = |[a, b, c, d]: [L::F; 4], t: L::F| {
-        let at = |a, b, c| L::add(L::add(a, c), L::add(b, b));
-        lerp::<L>(at(a, b, c), at(b, c, d), t)
-    };
-    let slope = |[a, b, c, d]: [L::F; 4], t: L::F| lerp::<L>(L::sub(c, a), L::sub(d, b), t);
     let [x, y, z] = place;
     let zero = L::splat(0.0);
     let (mut dx, mut sx) = ([[zero; 4]; 4], [[zero; 4]; 4]);
     for k in 0..4 {
         for j in 0..4 {
-            let line = [0, 1, 2, 3].map(|i: usize| v[16 * k + 4 * j + i]);
-            dx[k][j] = slope(line, x);
-            sx[k][j] = smooth(line, x);
+            let at = 16 * k + 4 * j;
+            let line = [v[at], v[at + 1], v[at + 2], v[at + 3]];
+            dx[k][j] = slope::<L>(line, x);
+            sx[k][j] = smooth::<L>(line, x);
         }
     }
-    let along_x = smooth([0, 1, 2, 3].map(|k: usize| smooth(dx[k], y)), z);
-    let along_y = smooth([0, 1, 2, 3].map(|k: usize| slope(sx[k], y)), z);
-    let along_z = slope([0, 1, 2, 3].map(|k: usize| smooth(sx[k], y)), z);
-    [along_x, along_y, along_z]
+    let mut planes = [[zero; 4]; 3];
+    for k in 0..4 {
+        planes[0][k] = smooth::<L>(dx[k], y);
+        planes[1][k] = slope::<L>(sx[k], y);
+        planes[2][k] = smooth::<L>(sx[k], y);
+    }
+    [smooth::<L>(planes[0], z), smooth::<L>(planes[1], z), slope::<L>(planes[2], z)]
 }
 
 /// Index of voxel `offset` of the lookups' layout along x, y and z.
@@ -175,16 +198,12 @@ pub(super) fn index_of(offset: usize, strides: [usize; 3]) -> [usize; 3] {
     index
 }
 
-/// The voxels at `steps` from the cells of row `r`, one by one, those beyond the volume taken from its edge.
-#[inline(always)]
-fn gather<L: Lanes, const FAR: bool, const N: usize>(
-    frame: &Frame<'_>,
-    dims: [usize; 3],
-    batch: &Batch,
-    r: usize,
-    steps: &[[i8; 3]; N],
-) -> [L::F; N] {
+/// The voxels at `steps` from the cells of row `r`, one by one, those beyond the volume taken from its edge. Not inlined: it would not become
+/// faster, and every kernel larger.
+#[inline(never)]
+fn gather<const FAR: bool, const N: usize>(frame: &Frame<'_>, dims: [usize; 3], batch: &Batch, r: usize, steps: &[[i8; 3]; N]) -> [[f32; SIDE]; N] {
     let sample = &frame.sample;
+    let strides = [1, dims[0], dims[0] * dims[1]];
     let mut found = [[0.0f32; SIDE]; N];
     with_slices!(sample.voxels, v => {
         for i in 0..SIDE {
@@ -192,110 +211,86 @@ fn gather<L: Lanes, const FAR: bool, const N: usize>(
             let offset = if FAR { batch.rare.far_offset[at] as usize } else { batch.sample.offset[at] as usize };
             let cell = index_of(batch.geometry.cells.base + offset, sample.strides);
             // Voxels before, at, and one and two behind the cell's lowest corner, along each axis, within the volume.
-            let near = [0, 1, 2].map(|axis: usize| {
-                let last = dims[axis] - 1;
-                let c = cell[axis];
-                let step: usize = if axis == 0 { 1 } else if axis == 1 { dims[0] } else { dims[0] * dims[1] };
-                [c.saturating_sub(1), c, (c + 1).min(last), (c + 2).min(last)].map(|n| n * step)
-            });
-            for (found, step) in found.iter_mut().zip(steps) {
-                let [x, y, z] = [0, 1, 2].map(|axis: usize| near[axis][(step[axis] + 1) as usize]);
-                found[i] = convert(v[x + y + z], sample.to_f32);
+            let mut near = [[0; 4]; 3];
+            for axis in 0..3 {
+                let (c, last) = (cell[axis], dims[axis] - 1);
+                for (near, n) in near[axis].iter_mut().zip([c.saturating_sub(1), c, (c + 1).min(last), (c + 2).min(last)]) {
+                    *near = n * strides[axis];
+                }
+            }
+            for (found, &[x, y, z]) in found.iter_mut().zip(steps) {
+                found[i] = convert(v[near[0][(x + 1) as usize] + near[1][(y + 1) as usize] + near[2][(z + 1) as usize]], sample.to_f32);
             }
         }
     });
-    found.map(|lane| L::load(&lane))
+    found
+}
+
+/// As vectors.
+#[inline(always)]
+fn loaded<L: Lanes, const N: usize>(found: &[[f32; SIDE]; N]) -> [L::F; N] {
+    let mut voxels = [L::splat(0.0); N];
+    for (to, from) in voxels.iter_mut().zip(found) {
+        *to = L::load(from);
+    }
+    voxels
 }
 
 /// [`CROSS`] from packed voxels of 8 bits.
 #[inline(always)]
 fn cross8<L: Lanes, const SIGNED: bool>(packed: &[u16], batch: &Batch, r: usize) -> [L::F; 32] {
-    use super::fetch::byte;
     let q = batch.geometry.cells.around8::<L>(packed, &batch.sample.offset, r);
-    let low = |at: usize| byte::<L, SIGNED, 0>(q[at]);
-    let next = |at: usize| byte::<L, SIGNED, 1>(q[at]);
-    let right = |at: usize| byte::<L, SIGNED, 2>(q[at]);
-    let right_next = |at: usize| byte::<L, SIGNED, 3>(q[at]);
-    [
-        low(0),
-        right(0),
-        low(1),
-        right(1),
-        next(0),
-        right_next(0),
-        next(1),
-        right_next(1),
-        low(2),
-        right(2),
-        low(3),
-        right(3),
-        next(2),
-        right_next(2),
-        next(3),
-        right_next(3),
-        low(4),
-        right(4),
-        next(5),
-        right_next(5),
-        low(6),
-        right(6),
-        next(7),
-        right_next(7),
-        low(8),
-        right(8),
-        next(8),
-        right_next(8),
-        low(9),
-        right(9),
-        next(9),
-        right_next(9),
-    ]
+    // Bytes of a vector: (x,y), (x,y+1), (x+1,y), (x+1,y+1).
+    macro_rules! byte {
+        ($at:literal, $n:literal) => {
+            super::fetch::byte::<L, SIGNED, $n>(q[$at])
+        };
+    }
+    #[rustfmt::skip]
+    let voxels = [
+        byte!(0, 0), byte!(0, 2), byte!(1, 0), byte!(1, 2), byte!(0, 1), byte!(0, 3), byte!(1, 1), byte!(1, 3),
+        byte!(2, 0), byte!(2, 2), byte!(3, 0), byte!(3, 2), byte!(2, 1), byte!(2, 3), byte!(3, 1), byte!(3, 3),
+        byte!(4, 0), byte!(4, 2), byte!(5, 1), byte!(5, 3), byte!(6, 0), byte!(6, 2), byte!(7, 1), byte!(7, 3),
+        byte!(8, 0), byte!(8, 2), byte!(8, 1), byte!(8, 3), byte!(9, 0), byte!(9, 2), byte!(9, 1), byte!(9, 3),
+    ];
+    voxels
+}
+
+/// The low half of each number, with or without sign.
+#[inline(always)]
+fn low<L: Lanes, const SIGNED: bool>(pair: L::I) -> L::F {
+    if SIGNED { L::to_f(L::sar::<16>(L::shl::<16>(pair))) } else { L::to_f(L::and_i(pair, L::splat_i(0xffff))) }
+}
+
+/// The high half.
+#[inline(always)]
+fn high<L: Lanes, const SIGNED: bool>(pair: L::I) -> L::F {
+    if SIGNED { L::to_f(L::sar::<16>(pair)) } else { L::to_f(L::and_i(L::sar::<16>(pair), L::splat_i(0xffff))) }
 }
 
 /// [`CROSS`] from packed voxels of 16 bits.
 #[inline(always)]
 fn cross16<L: Lanes, const SIGNED: bool>(packed: &[u32], batch: &Batch, r: usize) -> [L::F; 32] {
     let q = batch.geometry.cells.around16::<L>(packed, &batch.sample.offset, r);
-    let here = |at: usize| {
-        if SIGNED { L::to_f(L::sar::<16>(L::shl::<16>(q[at]))) } else { L::to_f(L::and_i(q[at], L::splat_i(0xffff))) }
-    };
-    let next = |at: usize| {
-        if SIGNED { L::to_f(L::sar::<16>(q[at])) } else { L::to_f(L::and_i(L::sar::<16>(q[at]), L::splat_i(0xffff))) }
-    };
-    [
-        here(0),
-        here(1),
-        here(2),
-        here(3),
-        next(0),
-        next(1),
-        next(2),
-        next(3),
-        here(4),
-        here(5),
-        here(6),
-        here(7),
-        next(4),
-        next(5),
-        next(6),
-        next(7),
-        here(8),
-        here(9),
-        next(10),
-        next(11),
-        here(12),
-        here(13),
-        next(14),
-        next(15),
-        here(16),
-        here(17),
-        next(16),
-        next(17),
-        here(18),
-        here(19),
-        next(18),
-        next(19),
-    ]
+    // Halves of a vector: y, y+1.
+    macro_rules! low {
+        ($at:literal) => {
+            low::<L, SIGNED>(q[$at])
+        };
+    }
+    macro_rules! high {
+        ($at:literal) => {
+            high::<L, SIGNED>(q[$at])
+        };
+    }
+    #[rustfmt::skip]
+    let voxels = [
+        low!(0), low!(1), low!(2), low!(3), high!(0), high!(1), high!(2), high!(3),
+        low!(4), low!(5), low!(6), low!(7), high!(4), high!(5), high!(6), high!(7),
+        low!(8), low!(9), high!(10), high!(11), low!(12), low!(13), high!(14), high!(15),
+        low!(16), low!(17), high!(16), high!(17), low!(18), low!(19), high!(18), high!(19),
+    ];
+    voxels
 }
 
 /// Whether every cell of the batch has a voxel before it and two behind its lowest corner, along every axis.
@@ -310,35 +305,102 @@ fn is_deep(frame: &Frame<'_>, dims: [usize; 3], batch: &Batch) -> bool {
     })
 }
 
+/// |x|
+#[inline(always)]
+fn abs<L: Lanes>(x: L::F) -> L::F {
+    L::max(x, L::sub(L::splat(0.0), x))
+}
+
+/// A row of a matrix times a vector.
+#[inline(always)]
+pub(super) fn weighted<L: Lanes>(m: &[f32; 3], v: [L::F; 3]) -> L::F {
+    L::add(L::add(L::mul(L::splat(m[0]), v[0]), L::mul(L::splat(m[1]), v[1])), L::mul(L::splat(m[2]), v[2]))
+}
+
+/// Gradients beyond this, or below its inverse, are scaled before they are squared: 2^40.
+const LARGE: f32 = 1_099_511_627_776.0;
+/// By this: 2^80.
+const RESCALE: f32 = 1.208_925_8e24;
+
 /// Sets normals and sizes of row `r` from the differences along the voxel axes.
 #[inline(always)]
 fn finish<L: Lanes>(gradient: &GradientFrame, along: [L::F; 3], batch: &mut Batch, r: usize) {
-    let zero = L::splat(0.0);
-    let world = gradient
-        .matrix
-        .map(|m| L::add(L::add(L::mul(L::splat(m[0]), along[0]), L::mul(L::splat(m[1]), along[1])), L::mul(L::splat(m[2]), along[2])));
-    let abs = |x: L::F| L::max(x, L::sub(zero, x));
-    let sum = L::add(L::add(abs(world[0]), abs(world[1])), abs(world[2]));
-    let most = L::max(L::max(abs(world[0]), abs(world[1])), abs(world[2]));
+    let [x, y, z] = &gradient.matrix;
+    let world = [weighted::<L>(x, along), weighted::<L>(y, along), weighted::<L>(z, along)];
+    let [x, y, z] = [abs::<L>(world[0]), abs::<L>(world[1]), abs::<L>(world[2])];
+    let (sum, most) = (L::add(L::add(x, y), z), L::max(L::max(x, y), z));
     // The sum is NaN or infinite where any part is. What is below the smallest normal number counts as none.
     let there = L::and(L::le(L::splat(f32::MIN_POSITIVE), most), L::le(sum, L::splat(f32::MAX)));
-    // Scaled first: squares may leave f32.
-    let most = L::select(there, most, L::splat(1.0));
-    let q = world.map(|x| L::div(L::keep(there, x), most));
-    let length = L::sqrt(L::add(L::add(L::mul(q[0], q[0]), L::mul(q[1], q[1])), L::mul(q[2], q[2])));
-    let length_or_one = L::select(there, length, L::splat(1.0));
-    for (normal, q) in batch.gradient.normal.iter_mut().zip(q) {
-        L::store(L::div(L::sub(zero, q), length_or_one), row_mut(normal, r));
-    }
-    L::store(L::keep(there, L::min(L::mul(most, length), L::splat(f32::MAX))), row_mut(&mut batch.gradient.size, r));
+    // Squares of very large and very small numbers would leave f32.
+    let (large, small) = (L::lt(L::splat(LARGE), most), L::lt(most, L::splat(1.0 / LARGE)));
+    let scale = L::select(large, L::splat(1.0 / RESCALE), L::select(small, L::splat(RESCALE), L::splat(1.0)));
+    let back = L::select(large, L::splat(RESCALE), L::select(small, L::splat(1.0 / RESCALE), L::splat(1.0)));
+    let [x, y, z] = [L::mul(world[0], scale), L::mul(world[1], scale), L::mul(world[2], scale)];
+    let length = L::sqrt(L::add(L::add(L::mul(x, x), L::mul(y, y)), L::mul(z, z)));
+    let per = L::div(L::splat(-1.0), L::select(there, length, L::splat(1.0)));
+    let [nx, ny, nz] = &mut batch.gradient.normal;
+    L::store(L::keep(there, L::mul(x, per)), row_mut(nx, r));
+    L::store(L::keep(there, L::mul(y, per)), row_mut(ny, r));
+    L::store(L::keep(there, L::mul(z, per)), row_mut(nz, r));
+    let size = L::min(L::mul(length, back), L::splat(f32::MAX));
+    L::store(L::keep(there, size), row_mut(&mut batch.gradient.size, r));
 }
 
-/// Every row of `rows` through `around`, which gives the differences along the voxel axes.
+/// A way to differences along the voxel axes. (A trait and no closures: those are not inlined into the vector level's copy of a kernel.)
+trait Differences {
+    fn along<L: Lanes>(&self, frame: &Frame<'_>, dims: [usize; 3], batch: &Batch, r: usize, place: [L::F; 3]) -> [L::F; 3];
+}
+
+/// Central differences of packed voxels, away from the volume's border.
+struct Central8<'v, const SIGNED: bool>(&'v [u16]);
+struct Central16<'v, const SIGNED: bool>(&'v [u32]);
+/// Differences of voxels that are loaded one by one.
+struct CentralEach<const FAR: bool>;
+struct AnalyticEach<const FAR: bool>;
+struct SobelEach<const FAR: bool>;
+
+impl<const SIGNED: bool> Differences for Central8<'_, SIGNED> {
+    #[inline(always)]
+    fn along<L: Lanes>(&self, _: &Frame<'_>, _: [usize; 3], batch: &Batch, r: usize, place: [L::F; 3]) -> [L::F; 3] {
+        central::<L>(&cross8::<L, SIGNED>(self.0, batch, r), place)
+    }
+}
+
+impl<const SIGNED: bool> Differences for Central16<'_, SIGNED> {
+    #[inline(always)]
+    fn along<L: Lanes>(&self, _: &Frame<'_>, _: [usize; 3], batch: &Batch, r: usize, place: [L::F; 3]) -> [L::F; 3] {
+        central::<L>(&cross16::<L, SIGNED>(self.0, batch, r), place)
+    }
+}
+
+impl<const FAR: bool> Differences for CentralEach<FAR> {
+    #[inline(always)]
+    fn along<L: Lanes>(&self, frame: &Frame<'_>, dims: [usize; 3], batch: &Batch, r: usize, place: [L::F; 3]) -> [L::F; 3] {
+        central::<L>(&loaded::<L, 32>(&gather::<FAR, 32>(frame, dims, batch, r, &CROSS)), place)
+    }
+}
+
+impl<const FAR: bool> Differences for AnalyticEach<FAR> {
+    #[inline(always)]
+    fn along<L: Lanes>(&self, frame: &Frame<'_>, dims: [usize; 3], batch: &Batch, r: usize, place: [L::F; 3]) -> [L::F; 3] {
+        analytic::<L>(&loaded::<L, 8>(&gather::<FAR, 8>(frame, dims, batch, r, &CELL)), place)
+    }
+}
+
+impl<const FAR: bool> Differences for SobelEach<FAR> {
+    #[inline(always)]
+    fn along<L: Lanes>(&self, frame: &Frame<'_>, dims: [usize; 3], batch: &Batch, r: usize, place: [L::F; 3]) -> [L::F; 3] {
+        sobel::<L>(&loaded::<L, 64>(&gather::<FAR, 64>(frame, dims, batch, r, &CUBE)), place)
+    }
+}
+
+/// Normals and sizes of every row of `rows`.
 #[inline(always)]
-fn each_row<L: Lanes>(gradient: &GradientFrame, batch: &mut Batch, rows: u8, around: impl Fn(&Batch, usize, [L::F; 3]) -> [L::F; 3]) {
+fn each_row<L: Lanes>(frame: &Frame<'_>, gradient: &GradientFrame, batch: &mut Batch, rows: u8, differences: &impl Differences) {
     for_rows!(rows, r => {
-        let place = [0, 1, 2].map(|axis: usize| L::load(row(&batch.sample.weight[axis], r)));
-        let along = around(batch, r, place);
+        let w = &batch.sample.weight;
+        let place = [L::load(row(&w[0], r)), L::load(row(&w[1], r)), L::load(row(&w[2], r))];
+        let along = differences.along::<L>(frame, gradient.dims, batch, r, place);
         finish::<L>(gradient, along, batch, r);
     });
 }
@@ -358,33 +420,18 @@ impl<'v, const FAR: bool, const EACH: bool> Kernel<Frame<'v>, Batch> for TakeGra
             return;
         }
         batch.gradient.taken += lanes_of(rows);
-        let dims = gradient.dims;
         match gradient.kind {
-            Gradient::Analytic => {
-                each_row::<L>(gradient, batch, rows, |b, r, p| analytic::<L>(&gather::<L, FAR, 8>(frame, dims, b, r, &CELL), p))
-            }
-            Gradient::Sobel => {
-                each_row::<L>(gradient, batch, rows, |b, r, p| sobel::<L>(&gather::<L, FAR, 64>(frame, dims, b, r, &CUBE), p))
-            }
+            Gradient::Analytic => each_row::<L>(frame, gradient, batch, rows, &AnalyticEach::<FAR>),
+            Gradient::Sobel => each_row::<L>(frame, gradient, batch, rows, &SobelEach::<FAR>),
             Gradient::Central => {
-                let packed = frame.sample.packed.filter(|_| !FAR && !EACH && is_deep(frame, dims, batch));
+                let packed = frame.sample.packed.filter(|_| !FAR && !EACH && is_deep(frame, gradient.dims, batch));
                 let signed = matches!(frame.sample.voxels, VoxelSlices::I8(_) | VoxelSlices::I16(_));
-                match packed {
-                    Some(Packed { pairs: PackedPairs::Of8(v), .. }) if signed => {
-                        each_row::<L>(gradient, batch, rows, |b, r, p| central::<L>(&cross8::<L, true>(v, b, r), p));
-                    }
-                    Some(Packed { pairs: PackedPairs::Of8(v), .. }) => {
-                        each_row::<L>(gradient, batch, rows, |b, r, p| central::<L>(&cross8::<L, false>(v, b, r), p));
-                    }
-                    Some(Packed { pairs: PackedPairs::Of16(v), .. }) if signed => {
-                        each_row::<L>(gradient, batch, rows, |b, r, p| central::<L>(&cross16::<L, true>(v, b, r), p));
-                    }
-                    Some(Packed { pairs: PackedPairs::Of16(v), .. }) => {
-                        each_row::<L>(gradient, batch, rows, |b, r, p| central::<L>(&cross16::<L, false>(v, b, r), p));
-                    }
-                    None => {
-                        each_row::<L>(gradient, batch, rows, |b, r, p| central::<L>(&gather::<L, FAR, 32>(frame, dims, b, r, &CROSS), p))
-                    }
+                match packed.map(|p| &p.pairs) {
+                    Some(PackedPairs::Of8(v)) if signed => each_row::<L>(frame, gradient, batch, rows, &Central8::<true>(v)),
+                    Some(PackedPairs::Of8(v)) => each_row::<L>(frame, gradient, batch, rows, &Central8::<false>(v)),
+                    Some(PackedPairs::Of16(v)) if signed => each_row::<L>(frame, gradient, batch, rows, &Central16::<true>(v)),
+                    Some(PackedPairs::Of16(v)) => each_row::<L>(frame, gradient, batch, rows, &Central16::<false>(v)),
+                    None => each_row::<L>(frame, gradient, batch, rows, &CentralEach::<FAR>),
                 }
             }
         }

@@ -7,7 +7,7 @@
 
 use super::batch::Batch;
 use super::frame::Frame;
-use super::gradient::{GradientFrame, index_of};
+use super::gradient::{GradientFrame, index_of, weighted};
 use super::{Pieces, Run};
 use crate::lanes::math::{exp_negative, log1p_negated};
 use crate::lanes::{BATCH, Kernel, Lanes, Level, SIDE, for_rows, row, row_mut};
@@ -18,6 +18,9 @@ use glam::{DAffine3, DVec3};
 
 /// Coefficients beyond this are this: any colour is as bright as can be then, and products stay finite.
 const MOST: f64 = 1e30;
+
+/// Distance, in lengths of about the box, from which on rays of a light or to the eye are parallel to the last bit.
+const FAR_AWAY: f64 = 1e12;
 
 /// A light in the numbers of its stage.
 #[derive(Debug, Clone, Copy)]
@@ -44,7 +47,7 @@ pub(crate) struct LightingFrame {
     own: f32,
     diffuse: f32,
     specular: f32,
-    shininess: f32,
+    shininess: Exponent,
     two_sided: bool,
     /// Gradient at which light counts half, as a number of the batch.
     floor: f32,
@@ -52,6 +55,8 @@ pub(crate) struct LightingFrame {
     /// Towards the eye, of length 1, where rays are parallel; else where the eye is.
     eye: Result<[f32; 3], DVec3>,
     to_world: DAffine3,
+    /// A power of two that makes the box about 1 long.
+    per_box: f64,
     /// Depths at which the box begins and ends, and the share of the depth that a world position has: forward . p + offset.
     box_depths: [f64; 2],
     forward: DVec3,
@@ -77,12 +82,13 @@ impl LightingFrame {
             own: coefficient(lighting.emission + lighting.ambient),
             diffuse: coefficient(lighting.diffuse),
             specular: coefficient(lighting.specular),
-            shininess: lighting.shininess as f32,
+            shininess: Exponent::new(lighting.shininess),
             two_sided: lighting.two_sided,
             floor: gradient.map_or(0.0, |g| g.number(lighting.gradient_floor)),
             lights: lighting.lights().iter().map(light).collect(),
             eye: if stack.perspective { Err(view.eye) } else { Ok((-view.forward).as_vec3().to_array()) },
             to_world: grid.index_to_world(),
+            per_box: libm::scalbn(1.0, -libm::frexp(grid.radius()).1),
             box_depths,
             forward: view.forward,
             eye_depth: view.forward.dot(view.eye),
@@ -137,90 +143,195 @@ fn dot<L: Lanes>(a: [L::F; 3], b: [L::F; 3]) -> L::F {
     L::add(L::add(L::mul(a[0], b[0]), L::mul(a[1], b[1])), L::mul(a[2], b[2]))
 }
 
-/// `a` at length 1; 0 where it has none.
+/// `a` at length 1; 0 where it has none. Its numbers are near 1, or 0: squares stay within f32.
 #[inline(always)]
 fn unit<L: Lanes>(a: [L::F; 3]) -> [L::F; 3] {
+    let squared = dot::<L>(a, a);
+    let there = L::le(L::splat(f32::MIN_POSITIVE), squared);
+    let per = L::keep(there, L::div(L::splat(1.0), L::sqrt(L::select(there, squared, L::splat(1.0)))));
+    [L::mul(a[0], per), L::mul(a[1], per), L::mul(a[2], per)]
+}
+
+/// An exponent.
+#[derive(Debug, Clone, Copy)]
+enum Exponent {
+    /// A whole number that products reach fast.
+    Whole(u32),
+    Real(f32),
+}
+
+impl Exponent {
+    /// The largest whole one: its products are off by as many roundings at most.
+    const MOST: f64 = 128.0;
+
+    fn new(x: f64) -> Self {
+        if x <= Self::MOST && libm::floor(x) == x { Self::Whole(x as u32) } else { Self::Real(x as f32) }
+    }
+
+    /// h to this power, for h in [0,1].
+    #[inline(always)]
+    fn of<L: Lanes>(self, h: L::F) -> L::F {
+        match self {
+            Self::Whole(n) => {
+                // h, h^2, h^4, ... : those whose bits n has, multiplied.
+                let (mut square, mut left) = (h, n >> 1);
+                let mut product = if n & 1 == 1 { h } else { L::splat(1.0) };
+                while left > 0 {
+                    square = L::mul(square, square);
+                    if left & 1 == 1 {
+                        product = L::mul(product, square);
+                    }
+                    left >>= 1;
+                }
+                product
+            }
+            Self::Real(x) => {
+                let below_one = L::max(L::sub(L::splat(1.0), h), L::splat(0.0));
+                exp_negative::<L>(L::mul(log1p_negated::<L>(below_one), L::splat(x)))
+            }
+        }
+    }
+}
+
+/// Index coordinates of a batch's fragments relative to its base voxel. (A trait and no closures: those are not inlined.)
+trait Places {
+    fn row<L: Lanes>(&self, batch: &Batch, r: usize) -> [L::F; 3];
+}
+
+/// On a slice they are affine in columns and rows.
+struct OnSlice;
+
+impl Places for OnSlice {
+    #[inline(always)]
+    fn row<L: Lanes>(&self, batch: &Batch, r: usize) -> [L::F; 3] {
+        let g = &batch.geometry;
+        let numbers = L::load(&[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
+        let mut place = [L::splat(0.0); 3];
+        for axis in 0..3 {
+            let first = g.origin[axis] + r as f32 * g.down[axis];
+            place[axis] = L::add(L::splat(first), L::mul(numbers, L::splat(g.across[axis])));
+        }
+        place
+    }
+}
+
+/// Where each fragment is at a depth of its own.
+struct Each([[f32; BATCH]; 3]);
+
+impl Places for Each {
+    #[inline(always)]
+    fn row<L: Lanes>(&self, _: &Batch, r: usize) -> [L::F; 3] {
+        [L::load(row(&self.0[0], r)), L::load(row(&self.0[1], r)), L::load(row(&self.0[2], r))]
+    }
+}
+
+/// A vector of the same three numbers in every lane.
+#[inline(always)]
+fn splat<L: Lanes>(v: &[f32; 3]) -> [L::F; 3] {
+    [L::splat(v[0]), L::splat(v[1]), L::splat(v[2])]
+}
+
+/// From the base voxel of a batch to points in space, in lengths of about the box.
+struct Corner {
+    at: DVec3,
+    per_box: f64,
+    /// Rows of the map from index to world space.
+    steps: [[f32; 3]; 3],
+}
+
+impl Corner {
+    fn of(frame: &Frame<'_>, light: &LightingFrame, batch: &Batch) -> Self {
+        let base = index_of(batch.geometry.cells.base, frame.sample.strides).map(|x| x as f64);
+        let m = light.to_world.matrix3 * light.per_box;
+        Self {
+            per_box: light.per_box,
+            at: light.to_world.transform_point3(DVec3::from_array(base)),
+            steps: [m.row(0).as_vec3().to_array(), m.row(1).as_vec3().to_array(), m.row(2).as_vec3().to_array()],
+        }
+    }
+
+    /// From fragments at `place` towards `point`, of length 1: from the base voxel towards it, less the way to the fragment.
+    #[inline(always)]
+    fn towards<L: Lanes>(&self, point: DVec3, place: [L::F; 3]) -> [L::F; 3] {
+        // Far beyond the box only the direction counts.
+        let way = (point - self.at) * self.per_box;
+        let far = way.abs().max_element();
+        let way = (if far > FAR_AWAY { way * (FAR_AWAY / far) } else { way }).as_vec3().to_array();
+        let [x, y, z] = &self.steps;
+        unit::<L>([
+            L::sub(L::splat(way[0]), weighted::<L>(x, place)),
+            L::sub(L::splat(way[1]), weighted::<L>(y, place)),
+            L::sub(L::splat(way[2]), weighted::<L>(z, place)),
+        ])
+    }
+}
+
+/// The cosine of an angle to a surface's normal, 0 to 1.
+#[inline(always)]
+fn facing<L: Lanes>(cosine: L::F, two_sided: bool) -> L::F {
     let zero = L::splat(0.0);
-    let abs = |x: L::F| L::max(x, L::sub(zero, x));
-    let most = L::max(L::max(abs(a[0]), abs(a[1])), abs(a[2]));
-    let there = L::and(L::le(L::splat(f32::MIN_POSITIVE), most), L::le(most, L::splat(f32::MAX)));
-    let most = L::select(there, most, L::splat(1.0));
-    let q = a.map(|x| L::div(L::keep(there, x), most));
-    let length = L::select(there, L::sqrt(dot::<L>(q, q)), L::splat(1.0));
-    q.map(|x| L::div(x, length))
+    let other = if two_sided { L::sub(zero, cosine) } else { zero };
+    L::min(L::max(cosine, other), L::splat(1.0))
 }
 
-/// h^shininess for h in [0,1].
+/// Lights the rows that have gradients.
 #[inline(always)]
-fn power<L: Lanes>(h: L::F, shininess: f32) -> L::F {
-    let below_one = L::max(L::sub(L::splat(1.0), h), L::splat(0.0));
-    exp_negative::<L>(L::mul(log1p_negated::<L>(below_one), L::splat(shininess)))
-}
-
-/// Lights the rows that have gradients; `place` gives the index coordinates of a row relative to the base voxel.
-#[inline(always)]
-fn shade<L: Lanes>(frame: &Frame<'_>, batch: &mut Batch, place: impl Fn(usize) -> [L::F; 3]) {
+fn shade<L: Lanes>(frame: &Frame<'_>, batch: &mut Batch, places: &impl Places) {
     let Some(light) = &frame.optional.light else { return };
-    let base = index_of(batch.geometry.cells.base, frame.sample.strides).map(|x| x as f64);
-    let corner = light.to_world.transform_point3(DVec3::from_array(base));
-    let steps = [0, 1, 2].map(|r: usize| light.to_world.matrix3.row(r).as_vec3().to_array());
-    // From a fragment towards a point: from the base voxel towards it, less the way to the fragment.
-    let towards = |point: DVec3, place: [L::F; 3]| {
-        let from_corner = (point - corner).as_vec3().to_array();
-        unit::<L>([0, 1, 2].map(|axis: usize| L::sub(L::splat(from_corner[axis]), dot::<L>(steps[axis].map(|s| L::splat(s)), place))))
-    };
+    let corner = Corner::of(frame, light, batch);
     let (zero, one) = (L::splat(0.0), L::splat(1.0));
-    let facing = |cosine: L::F| L::min(L::max(cosine, if light.two_sided { L::sub(zero, cosine) } else { zero }), one);
     for_rows!(batch.gradient.rows & batch.shown, r => {
-        let normal = [0, 1, 2].map(|axis: usize| L::load(row(&batch.gradient.normal[axis], r)));
+        let n = &batch.gradient.normal;
+        let normal = [L::load(row(&n[0], r)), L::load(row(&n[1], r)), L::load(row(&n[2], r))];
         let size = L::load(row(&batch.gradient.size, r));
         let alpha = L::load(row(&batch.slab.alpha, r));
-        let view = match light.eye {
-            Ok(towards_eye) => towards_eye.map(|x| L::splat(x)),
-            Err(eye) => towards(eye, place(r)),
+        let view = match &light.eye {
+            Ok(towards_eye) => splat::<L>(towards_eye),
+            Err(eye) => corner.towards::<L>(*eye, places.row::<L>(batch, r)),
         };
         let mut glow = [L::splat(light.own); 3];
         let mut shine = [zero; 3];
         for LightFrame { source, color } in &light.lights {
-            let (surface, mirror) = match *source {
+            let (surface, mirror) = match source {
                 Source::Head => {
-                    let cosine = facing(dot::<L>(normal, view));
+                    let cosine = facing::<L>(dot::<L>(normal, view), light.two_sided);
                     (cosine, cosine)
                 }
                 Source::Direction(_) | Source::Position(_) => {
-                    let to_light = match *source {
-                        Source::Position(point) => towards(point, place(r)),
-                        Source::Direction(d) => d.map(|x| L::splat(x)),
+                    let to_light = match source {
+                        Source::Position(point) => corner.towards::<L>(*point, places.row::<L>(batch, r)),
+                        Source::Direction(d) => splat::<L>(d),
                         Source::Head => view,
                     };
-                    let half = unit::<L>([0, 1, 2].map(|axis: usize| L::add(to_light[axis], view[axis])));
-                    (facing(dot::<L>(normal, to_light)), facing(dot::<L>(normal, half)))
+                    let between = [L::add(to_light[0], view[0]), L::add(to_light[1], view[1]), L::add(to_light[2], view[2])];
+                    let half = unit::<L>(between);
+                    (facing::<L>(dot::<L>(normal, to_light), light.two_sided), facing::<L>(dot::<L>(normal, half), light.two_sided))
                 }
             };
             let diffuse = L::mul(L::splat(light.diffuse), surface);
-            for (glow, &c) in glow.iter_mut().zip(color) {
-                *glow = L::add(*glow, L::mul(diffuse, L::splat(c)));
+            for c in 0..3 {
+                glow[c] = L::add(glow[c], L::mul(diffuse, L::splat(color[c])));
             }
             if light.specular > 0.0 {
-                let specular = L::mul(L::splat(light.specular), power::<L>(mirror, light.shininess));
-                for (shine, &c) in shine.iter_mut().zip(color) {
-                    *shine = L::add(*shine, L::mul(specular, L::splat(c)));
+                let specular = L::mul(L::splat(light.specular), light.shininess.of::<L>(mirror));
+                for c in 0..3 {
+                    shine[c] = L::add(shine[c], L::mul(specular, L::splat(color[c])));
                 }
             }
         }
         let there = L::lt(zero, size);
-        for channel in 0..3 {
-            let to = row_mut(&mut batch.slab.color[channel], r);
+        let weight = if light.floor > 0.0 {
+            // |g|^2 / (|g|^2 + floor^2), by a quotient that cannot leave f32 where it matters.
+            let q = L::div(L::splat(light.floor), L::select(there, size, one));
+            L::div(one, L::add(one, L::mul(q, q)))
+        } else {
+            one
+        };
+        for c in 0..3 {
+            let to = row_mut(&mut batch.slab.color[c], r);
             let color = L::load(to);
-            let lit = L::min(L::add(L::mul(color, glow[channel]), L::mul(alpha, shine[channel])), alpha);
-            let mixed = if light.floor > 0.0 {
-                // |g|^2 / (|g|^2 + floor^2), by a quotient that cannot leave f32 where it matters.
-                let q = L::div(L::splat(light.floor), L::select(there, size, one));
-                let weight = L::div(one, L::add(one, L::mul(q, q)));
-                L::add(color, L::mul(weight, L::sub(lit, color)))
-            } else {
-                lit
-            };
+            let lit = L::min(L::add(L::mul(color, glow[c]), L::mul(alpha, shine[c])), alpha);
+            let mixed = if light.floor > 0.0 { L::add(color, L::mul(weight, L::sub(lit, color))) } else { lit };
             L::store(L::select(there, mixed, color), to);
         }
     });
@@ -229,23 +340,15 @@ fn shade<L: Lanes>(frame: &Frame<'_>, batch: &mut Batch, place: impl Fn(usize) -
 impl<'v> Kernel<Frame<'v>, Batch> for Shade {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
-        let g = &batch.geometry;
-        let (origin, across, down) = (g.origin, g.across, g.down);
-        let numbers = L::load(&[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
-        shade::<L>(frame, batch, |r| {
-            [0, 1, 2].map(|axis: usize| {
-                let first = origin[axis] + r as f32 * down[axis];
-                L::add(L::splat(first), L::mul(numbers, L::splat(across[axis])))
-            })
-        });
+        shade::<L>(frame, batch, &OnSlice);
     }
 }
 
 impl<'v, const FAR: bool> Kernel<Frame<'v>, Batch> for ShadeEach<FAR> {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
-        let places = places::<FAR>(frame, batch);
-        shade::<L>(frame, batch, |r| [0, 1, 2].map(|axis: usize| L::load(row(&places[axis], r))));
+        let places = Each(places::<FAR>(frame, batch));
+        shade::<L>(frame, batch, &places);
     }
 }
 

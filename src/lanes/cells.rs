@@ -307,33 +307,41 @@ impl CellLoad {
         assert!(self.strides[0] == 1 && self.fits_around::<L>(o, packed.len()), "cells too near the volume's border");
         let [_, sy, sz] = self.strides;
         let from = packed.as_ptr().wrapping_add(self.base);
-        let quad = |from: *const u16| {
-            L::set_i(o.map(|at| {
-                // SAFETY: `fits_around` has shown that all voxels around base + at are inside; the read may be unaligned.
-                let both = unsafe { from.wrapping_add(at as usize).cast::<i32>().read_unaligned() };
-                if cfg!(target_endian = "big") { both.rotate_left(16) } else { both }
-            }))
+        let quad = |from: *const u16, at: i32| {
+            // SAFETY: `fits_around` has shown that all voxels around base + at are inside; the read may be unaligned.
+            let both = unsafe { from.wrapping_add(at as usize).cast::<i32>().read_unaligned() };
+            if cfg!(target_endian = "big") { both.rotate_left(16) } else { both }
         };
-        let four = |from: *const u16| {
-            L::set_pairs(o.map(|at| {
-                // SAFETY: as above.
-                let [a, b, c, d] = unsafe { from.wrapping_add(at as usize).cast::<[u16; 4]>().read_unaligned() }.map(u64::from);
-                a | b << 16 | c << 32 | d << 48
-            }))
+        let four = |from: *const u16, at: i32| {
+            // SAFETY: as above.
+            let [a, b, c, d] = unsafe { from.wrapping_add(at as usize).cast::<[u16; 4]>().read_unaligned() };
+            u64::from(a) | u64::from(b) << 16 | u64::from(c) << 32 | u64::from(d) << 48
         };
-        let ([a, b], [c, d]) = (four(from.wrapping_sub(1)), four(from.wrapping_add(sz).wrapping_sub(1)));
+        // Written out, and no closures over closures: those are not inlined into the vector level's copy of a kernel.
+        macro_rules! quads {
+            ($from:expr) => {{
+                let f: *const u16 = $from;
+                L::set_i([
+                    quad(f, o[0]), quad(f, o[1]), quad(f, o[2]), quad(f, o[3]), quad(f, o[4]), quad(f, o[5]), quad(f, o[6]), quad(f, o[7]),
+                ])
+            }};
+        }
+        macro_rules! fours {
+            ($from:expr) => {{
+                let f: *const u16 = $from;
+                L::set_pairs([
+                    four(f, o[0]), four(f, o[1]), four(f, o[2]), four(f, o[3]), four(f, o[4]), four(f, o[5]), four(f, o[6]), four(f, o[7]),
+                ])
+            }};
+        }
         let far = from.wrapping_add(sz);
+        let [a, b] = fours!(from.wrapping_sub(1));
+        let [c, d] = fours!(far.wrapping_sub(1));
         [
-            a,
-            b,
-            c,
-            d,
-            quad(from.wrapping_sub(sy)),
-            quad(from.wrapping_add(sy)),
-            quad(far.wrapping_sub(sy)),
-            quad(far.wrapping_add(sy)),
-            quad(from.wrapping_sub(sz)),
-            quad(far.wrapping_add(sz)),
+            a, b, c, d,
+            quads!(from.wrapping_sub(sy)), quads!(from.wrapping_add(sy)),
+            quads!(far.wrapping_sub(sy)), quads!(far.wrapping_add(sy)),
+            quads!(from.wrapping_sub(sz)), quads!(far.wrapping_add(sz)),
         ]
     }
 
@@ -353,19 +361,25 @@ impl CellLoad {
         assert!(self.strides[0] == 1 && self.fits_around::<L>(o, packed.len()), "cells too near the volume's border");
         let [_, sy, sz] = self.strides;
         let from = packed.as_ptr().wrapping_add(self.base);
-        let quad = |from: *const u32| {
-            L::set_pairs(o.map(|at| {
-                // SAFETY: as in `around8`.
-                let both = unsafe { from.wrapping_add(at as usize).cast::<u64>().read_unaligned() };
-                if cfg!(target_endian = "big") { both.rotate_left(32) } else { both }
-            }))
+        let quad = |from: *const u32, at: i32| {
+            // SAFETY: as in `around8`.
+            let both = unsafe { from.wrapping_add(at as usize).cast::<u64>().read_unaligned() };
+            if cfg!(target_endian = "big") { both.rotate_left(32) } else { both }
         };
+        macro_rules! quads {
+            ($from:expr) => {{
+                let f: *const u32 = $from;
+                L::set_pairs([
+                    quad(f, o[0]), quad(f, o[1]), quad(f, o[2]), quad(f, o[3]), quad(f, o[4]), quad(f, o[5]), quad(f, o[6]), quad(f, o[7]),
+                ])
+            }};
+        }
         let far = from.wrapping_add(sz);
-        let ([a, b], [c, d]) = (quad(from.wrapping_sub(1)), quad(from.wrapping_add(1)));
-        let ([e, f], [g, h]) = (quad(far.wrapping_sub(1)), quad(far.wrapping_add(1)));
-        let ([i, j], [k, l]) = (quad(from.wrapping_sub(sy)), quad(from.wrapping_add(sy)));
-        let ([m, n], [p, q]) = (quad(far.wrapping_sub(sy)), quad(far.wrapping_add(sy)));
-        let ([s, t], [u, v]) = (quad(from.wrapping_sub(sz)), quad(far.wrapping_add(sz)));
+        let ([a, b], [c, d]) = (quads!(from.wrapping_sub(1)), quads!(from.wrapping_add(1)));
+        let ([e, f], [g, h]) = (quads!(far.wrapping_sub(1)), quads!(far.wrapping_add(1)));
+        let ([i, j], [k, l]) = (quads!(from.wrapping_sub(sy)), quads!(from.wrapping_add(sy)));
+        let ([m, n], [p, q]) = (quads!(far.wrapping_sub(sy)), quads!(far.wrapping_add(sy)));
+        let ([s, t], [u, v]) = (quads!(from.wrapping_sub(sz)), quads!(far.wrapping_add(sz)));
         [a, b, c, d, e, f, g, h, i, j, k, l, m, n, p, q, s, t, u, v]
     }
 
