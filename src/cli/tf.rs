@@ -97,7 +97,8 @@ impl Source {
             return Ok(Self::Preset(preset));
         }
         if args.source.extension().is_none() && !args.source.exists() {
-            let nearest = Preset::ALL.into_iter().map(Preset::name).min_by_key(|n| strsim_of(n, name)).unwrap_or_default();
+            let nearest =
+                Preset::ALL.into_iter().map(Preset::name).min_by_key(|n| strsim::damerau_levenshtein(n, name)).unwrap_or_default();
             bail!(Usage(format!("{name}: neither a file nor a preset; the nearest preset is {nearest}")));
         }
         Ok(Self::File(TransferFile::open(&args.source, args.name.as_deref())?))
@@ -116,21 +117,6 @@ impl Source {
             (Self::Preset(preset), volume) => preset.found(volume)?,
         })
     }
-}
-
-/// How far apart two words are: the letters of the one that the other does not have at their place.
-fn strsim_of(a: &str, b: &str) -> usize {
-    let (mut row, b): (Vec<usize>, Vec<char>) = ((0..=b.chars().count()).collect(), b.chars().collect());
-    for (i, x) in a.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, y) in b.iter().enumerate() {
-            let replaced = diagonal + usize::from(x != *y);
-            diagonal = row[j + 1];
-            row[j + 1] = replaced.min(row[j] + 1).min(diagonal + 1);
-        }
-    }
-    row.last().copied().unwrap_or(0)
 }
 
 pub(super) fn run(args: &TfArgs) -> Result<()> {

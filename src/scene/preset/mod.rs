@@ -3,9 +3,17 @@
 //! CT presets stand at fixed Hounsfield units (air -1000, fat about -100, water 0, soft tissue 20 to 80, contrast-filled vessels
 //! 150 to 400, bone from 250 up) with opacities per millimetre. The others are laid over the volume's own values: see [`Landmarks`].
 
+mod landmarks;
+mod points;
+#[cfg(test)]
+mod tests;
+
+pub use landmarks::Landmarks;
+
 use super::{ColorMap, Lighting, TransferFunction};
 use crate::volume::{Modality, Space, Statistics};
 use crate::{Result, Volume};
+use points::{Points, Scale};
 
 /// A ready-made transfer function.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -21,10 +29,40 @@ pub enum Preset {
     CtLung,
     /// CT: contrast-filled vessels before faint bone.
     CtAngio,
+    /// CT: an aorta filled with contrast agent, chalk in its wall, the spine held back.
+    CtAaa,
+    /// CT: surfaces of bones, seen through where they are thin.
+    CtBones,
+    /// CT with contrast agent: the heart's muscle as a veil over the blood in it.
+    CtCardiac,
+    /// CT with contrast agent: the chest's vessels, and ribs.
+    CtChestContrast,
+    /// CT with contrast agent: narrow vessels, wide ones as shells.
+    CtCoronary,
+    /// CT: fat, and bone inside it.
+    CtFat,
+    /// CT with contrast agent: vessels in the veil of liver and kidneys.
+    CtLiverVessels,
+    /// CT: a grey ramp for maximum intensity projections ([`crate::scene::Blend::Mip`]).
+    CtMip,
+    /// CT: muscles, bones where they come to the surface, no fat.
+    CtMuscle,
+    /// CT: vessels and airways in the veil of the lungs.
+    CtPulmonary,
+    /// CT: walls around air: lungs, airways, bowels, skin.
+    CtAir,
     /// MR: head and brain.
     MrBrain,
     /// MR: bright vessels in a faint surrounding.
     MrAngio,
+    /// MR: any part of the body, dense.
+    MrDefault,
+    /// MR: a grey ramp for maximum intensity projections ([`crate::scene::Blend::Mip`]).
+    MrMip,
+    /// MR, T2: water bright in the veil of the brain.
+    MrT2Brain,
+    /// fractional anisotropy: strands of white matter.
+    DtiFa,
     /// Brighter and denser with the value.
     GreyRamp,
     /// Like a radiograph: everything adds to the path, nothing hides.
@@ -37,14 +75,29 @@ pub enum Preset {
 
 impl Preset {
     /// All presets.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 26] = [
         Self::CtBone,
         Self::CtSkinBone,
         Self::CtSoftTissue,
         Self::CtLung,
         Self::CtAngio,
+        Self::CtAaa,
+        Self::CtBones,
+        Self::CtCardiac,
+        Self::CtChestContrast,
+        Self::CtCoronary,
+        Self::CtFat,
+        Self::CtLiverVessels,
+        Self::CtMip,
+        Self::CtMuscle,
+        Self::CtPulmonary,
+        Self::CtAir,
         Self::MrBrain,
         Self::MrAngio,
+        Self::MrDefault,
+        Self::MrMip,
+        Self::MrT2Brain,
+        Self::DtiFa,
         Self::GreyRamp,
         Self::XRay,
         Self::HotRamp,
@@ -59,8 +112,23 @@ impl Preset {
             Self::CtSoftTissue => "ct-soft-tissue",
             Self::CtLung => "ct-lung",
             Self::CtAngio => "ct-angio",
+            Self::CtAaa => "ct-aaa",
+            Self::CtBones => "ct-bones",
+            Self::CtCardiac => "ct-cardiac",
+            Self::CtChestContrast => "ct-chest-contrast",
+            Self::CtCoronary => "ct-coronary",
+            Self::CtFat => "ct-fat",
+            Self::CtLiverVessels => "ct-liver-vessels",
+            Self::CtMip => "ct-mip",
+            Self::CtMuscle => "ct-muscle",
+            Self::CtPulmonary => "ct-pulmonary",
+            Self::CtAir => "ct-air",
             Self::MrBrain => "mr-brain",
             Self::MrAngio => "mr-angio",
+            Self::MrDefault => "mr-default",
+            Self::MrMip => "mr-mip",
+            Self::MrT2Brain => "mr-t2-brain",
+            Self::DtiFa => "dti-fa",
             Self::GreyRamp => "grey-ramp",
             Self::XRay => "x-ray",
             Self::HotRamp => "hot-ramp",
@@ -81,8 +149,23 @@ impl Preset {
             Self::CtSoftTissue => "CT: muscles and organs, fat left out",
             Self::CtLung => "CT: lungs and airways",
             Self::CtAngio => "CT: contrast-filled vessels, bone faintly behind",
+            Self::CtAaa => "CT: an aorta filled with contrast agent, chalk in its wall, the spine held back",
+            Self::CtBones => "CT: surfaces of bones, seen through where they are thin",
+            Self::CtCardiac => "CT with contrast agent: the heart's muscle as a veil over the blood in it",
+            Self::CtChestContrast => "CT with contrast agent: the chest's vessels, and ribs",
+            Self::CtCoronary => "CT with contrast agent: narrow vessels, wide ones as shells",
+            Self::CtFat => "CT: fat, and bone inside it",
+            Self::CtLiverVessels => "CT with contrast agent: vessels in the veil of liver and kidneys",
+            Self::CtMip => "CT: a grey ramp for maximum intensity projections (--render.blend mip)",
+            Self::CtMuscle => "CT: muscles, bones where they come to the surface, no fat",
+            Self::CtPulmonary => "CT: vessels and airways in the veil of the lungs",
+            Self::CtAir => "CT: walls around air: lungs, airways, bowels, skin",
             Self::MrBrain => "MR: head or brain, brighter tissue denser",
             Self::MrAngio => "MR: bright vessels in a faint surrounding",
+            Self::MrDefault => "MR: any part of the body, dense",
+            Self::MrMip => "MR: a grey ramp for maximum intensity projections (--render.blend mip)",
+            Self::MrT2Brain => "MR, T2: water bright in the veil of the brain",
+            Self::DtiFa => "fractional anisotropy: strands of white matter",
             Self::GreyRamp => "any data: brighter and denser with the value",
             Self::XRay => "any data: like a radiograph, everything adds up",
             Self::HotRamp => "any data: dark red over yellow to white",
@@ -92,17 +175,18 @@ impl Preset {
 
     /// Whether it stands at fixed Hounsfield units.
     pub fn is_ct(self) -> bool {
-        matches!(self.table().0, Scale::Hounsfield)
+        matches!(self.points().scale, Scale::Hounsfield)
     }
 
     fn is_mr(self) -> bool {
-        matches!(self, Self::MrBrain | Self::MrAngio)
+        matches!(self, Self::MrBrain | Self::MrAngio | Self::MrDefault | Self::MrMip | Self::MrT2Brain)
     }
 
     /// The transfer function of a preset that stands at fixed Hounsfield units, for which no volume is needed; `None` of the others.
     pub fn at_fixed_values(self) -> Option<TransferFunction> {
-        let (Scale::Hounsfield, color, opacity) = self.table() else { return None };
-        TransferFunction::new(color.to_vec(), opacity.to_vec()).and_then(|t| t.with_unit(1.0)).ok()
+        let Points { scale: Scale::Hounsfield, color, opacity, gradient } = self.points() else { return None };
+        let transfer = TransferFunction::new(color.to_vec(), opacity.to_vec()).and_then(|t| t.with_unit(1.0));
+        transfer.and_then(|t| t.with_gradient_opacity(gradient.to_vec())).ok()
     }
 
     /// The preset for `volume`: a transfer function in the data's units that knows the length its opacities refer to.
@@ -110,16 +194,18 @@ impl Preset {
     /// # Errors
     /// [`crate::Error::Invalid`] when the volume's range leaves f64's.
     pub fn transfer(self, volume: &Volume) -> Result<TransferFunction> {
-        let (scale, color, opacity) = self.table();
         // Hounsfield units stand where they stand: the voxels need not be looked at.
-        let marks = (!matches!(scale, Scale::Hounsfield)).then(|| Landmarks::of(volume.statistics()));
-        let place = |t: f64| marks.map_or(t, |marks| marks.at(t));
+        if let Some(transfer) = self.at_fixed_values() {
+            return Ok(transfer);
+        }
+        let Points { scale, color, opacity, .. } = self.points();
+        let marks = Landmarks::of(volume.statistics());
         let color = match self {
-            Self::HotRamp => ColorMap::Hot.spread(place(-0.8), place(1.0)),
-            Self::ViridisRamp => ColorMap::Viridis.spread(place(-0.8), place(1.0)),
-            _ => color.iter().map(|&(t, rgb)| (place(t), rgb)).collect(),
+            Self::HotRamp => ColorMap::Hot.spread(marks.at(-0.8), marks.at(1.0)),
+            Self::ViridisRamp => ColorMap::Viridis.spread(marks.at(-0.8), marks.at(1.0)),
+            _ => color.iter().map(|&(t, rgb)| (marks.at(t), rgb)).collect(),
         };
-        let transfer = TransferFunction::new(color, opacity.iter().map(|&(t, a)| (place(t), a)).collect())?;
+        let transfer = TransferFunction::new(color, opacity.iter().map(|&(t, a)| (marks.at(t), a)).collect())?;
         let unit = match scale {
             Scale::Hounsfield => Some(1.0),
             Scale::Voxel => None,
@@ -154,6 +240,11 @@ impl Preset {
                 _ => Ok(()),
             };
         }
+        if self == Self::DtiFa {
+            // Fractions; noise takes some past 1.
+            let fractions = s.min >= -0.01 && s.max > 0.0 && s.max <= 1.5;
+            return if fractions { Ok(()) } else { Err(format!("{name} needs fractions between 0 and 1: {range}")) };
+        }
         if !self.is_ct() {
             return Ok(());
         }
@@ -164,9 +255,12 @@ impl Preset {
             return Err(format!("{name} needs Hounsfield units: {range}, which looks like HU + 1024: set volume.intercept = -1024"));
         }
         let (needed, there) = match self {
-            Self::CtBone | Self::CtSkinBone => ("values above 300", s.max > 300.0),
-            Self::CtAngio => ("values above 150", s.max > 150.0),
-            Self::CtLung => ("values below -500", s.min < -500.0),
+            Self::CtBone | Self::CtSkinBone | Self::CtBones => ("values above 300", s.max > 300.0),
+            Self::CtAngio | Self::CtAaa | Self::CtCardiac | Self::CtChestContrast | Self::CtCoronary | Self::CtLiverVessels => {
+                ("values above 150", s.max > 150.0)
+            }
+            Self::CtLung | Self::CtPulmonary | Self::CtAir => ("values below -500", s.min < -500.0),
+            Self::CtFat => ("values around -100", s.min < -100.0 && s.max > -100.0),
             _ => ("values around 50", s.min < 50.0 && s.max > 50.0),
         };
         // Air is what tells Hounsfield units from any other scale, unless somebody vouches for them.
@@ -180,10 +274,40 @@ impl Preset {
     /// The presets that suit `volume`, the best guess first. Never empty unless no voxel is finite.
     pub fn suggest(volume: &Volume) -> Vec<Self> {
         let s = volume.statistics();
-        let ct = [Self::CtBone, Self::CtSkinBone, Self::CtSoftTissue, Self::CtAngio, Self::CtLung, Self::XRay, Self::GreyRamp];
-        let mr = [Self::MrBrain, Self::MrAngio, Self::GreyRamp, Self::XRay];
-        let any = [Self::HotRamp, Self::GreyRamp, Self::ViridisRamp, Self::MrBrain, Self::XRay];
-        let body = [Self::MrBrain, Self::MrAngio, Self::HotRamp, Self::GreyRamp, Self::ViridisRamp, Self::XRay];
+        let ct = [
+            Self::CtBone,
+            Self::CtSkinBone,
+            Self::CtSoftTissue,
+            Self::CtAngio,
+            Self::CtLung,
+            Self::CtBones,
+            Self::CtMuscle,
+            Self::CtFat,
+            Self::CtPulmonary,
+            Self::CtAir,
+            Self::CtChestContrast,
+            Self::CtCardiac,
+            Self::CtCoronary,
+            Self::CtAaa,
+            Self::CtLiverVessels,
+            Self::CtMip,
+            Self::XRay,
+            Self::GreyRamp,
+        ];
+        let mr = [Self::MrBrain, Self::MrAngio, Self::MrDefault, Self::MrT2Brain, Self::MrMip, Self::GreyRamp, Self::XRay];
+        let any = [Self::HotRamp, Self::GreyRamp, Self::ViridisRamp, Self::MrBrain, Self::XRay, Self::DtiFa];
+        let body = [
+            Self::MrBrain,
+            Self::MrAngio,
+            Self::MrDefault,
+            Self::MrT2Brain,
+            Self::MrMip,
+            Self::HotRamp,
+            Self::GreyRamp,
+            Self::ViridisRamp,
+            Self::XRay,
+            Self::DtiFa,
+        ];
         let order: &[Self] = match volume.modality() {
             Modality::Ct => &ct,
             Modality::Mr => &mr,
