@@ -205,9 +205,9 @@ fn as_text(volume: &Volume) -> String {
     text += "presets\n";
     for (preset, why) in verdicts(volume) {
         text += &match why {
-            None => format!("  + {:16}{}\n", preset.name(), preset.about()),
+            None => format!("  + {:18}{}\n", preset.name(), preset.about()),
             Some(why) => {
-                format!("  - {:16}{}\n", preset.name(), why.strip_prefix(preset.name()).unwrap_or(&why).trim_start_matches([':', ' ']))
+                format!("  - {:18}{}\n", preset.name(), why.strip_prefix(preset.name()).unwrap_or(&why).trim_start_matches([':', ' ']))
             }
         };
     }

@@ -66,21 +66,27 @@ impl<'v> Kernel<Frame<'v>, Batch> for WeighByGradient {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
         let Some(opacity) = &frame.optional.opacity else { return };
-        let zero = L::splat(0.0);
-        // Rows without a gradient hold nothing that shows, and are to say so.
+        // Rows without a gradient hold nothing that shows.
         batch.shown &= batch.gradient.rows;
         for_rows!(batch.shown, r => {
-            let depth = L::load(row(&batch.slab.alpha, r));
             let factor = opacity.factor::<L>(L::load(row(&batch.gradient.size, r)));
-            let piece = L::mul(L::mul(depth, factor), L::load(row(&batch.slab.length, r)));
-            let alpha = L::sub(zero, expm1_negative::<L>(L::sub(zero, piece)));
-            let some = L::lt(zero, depth);
-            let share = L::div(L::keep(some, alpha), L::select(some, depth, L::splat(1.0)));
-            L::store(alpha, row_mut(&mut batch.slab.alpha, r));
-            for channel in &mut batch.slab.color {
-                let c = row_mut(channel, r);
-                L::store(L::mul(L::load(c), share), c);
-            }
+            finish::<L>(batch, r, factor);
         });
+    }
+}
+
+/// From optical depth, and colour times that, to opacity and premultiplied colour: of row `r`, for its pieces' lengths times `factor`.
+#[inline(always)]
+pub(super) fn finish<L: Lanes>(batch: &mut Batch, r: usize, factor: L::F) {
+    let zero = L::splat(0.0);
+    let depth = L::load(row(&batch.slab.alpha, r));
+    let piece = L::mul(L::mul(depth, factor), L::load(row(&batch.slab.length, r)));
+    let alpha = L::sub(zero, expm1_negative::<L>(L::sub(zero, piece)));
+    let some = L::lt(zero, depth);
+    let share = L::div(L::keep(some, alpha), L::select(some, depth, L::splat(1.0)));
+    L::store(alpha, row_mut(&mut batch.slab.alpha, r));
+    for channel in &mut batch.slab.color {
+        let c = row_mut(channel, r);
+        L::store(L::mul(L::load(c), share), c);
     }
 }

@@ -89,3 +89,44 @@ fn names_are_found_again() {
         assert!(!p.about().is_empty());
     }
 }
+
+/// Where each preset shows much and where nothing: what its name says.
+#[test]
+fn ct_presets_show_what_they_are_named_for() {
+    let at = |p: Preset, value: f64| p.at_fixed_values().expect("a CT preset").eval(value).alpha;
+    for (preset, shown, hidden) in [
+        (Preset::CtAaa, 300.0, 50.0),
+        (Preset::CtBones, 700.0, 60.0),
+        (Preset::CtCardiac, 300.0, 0.0),
+        (Preset::CtChestContrast, 300.0, 0.0),
+        (Preset::CtCoronary, 350.0, 100.0),
+        (Preset::CtFat, -100.0, 60.0),
+        (Preset::CtLiverVessels, 180.0, 30.0),
+        (Preset::CtMip, 600.0, -1000.0),
+        (Preset::CtMuscle, 60.0, -100.0),
+        (Preset::CtPulmonary, -680.0, 40.0),
+        (Preset::CtAir, -850.0, 40.0),
+    ] {
+        assert!(at(preset, shown) >= 0.015 && at(preset, hidden) == 0.0, "{}", preset.name());
+        assert!(preset.is_ct() && preset.suits(&ct(0)).is_ok(), "{}", preset.name());
+        assert_eq!(preset.transfer(&ct(0)).ok(), preset.at_fixed_values());
+    }
+    // What lies in the air around the body has no gradient, and is not shown.
+    assert_eq!(Preset::CtAir.at_fixed_values().map(|t| t.gradient_factor(0.0)), Some(0.0));
+    // A projection shows the greatest value by its colour: the ramp must rise, and be opaque where it is bright.
+    for (t, values) in [(Preset::CtMip.transfer(&ct(0)), [0.0, 300.0, 1000.0]), (Preset::MrMip.transfer(&mr()), [60.0, 130.0, 215.0])] {
+        let [a, b, c] = values.map(|v| t.as_ref().expect("transfer").eval(v));
+        assert!(a.rgb[0] < b.rgb[0] && b.rgb[0] < c.rgb[0] && c.alpha > 0.95 && a.rgb[0] == a.rgb[1]);
+    }
+    assert!(Preset::MrDefault.at_fixed_values().is_none());
+}
+
+#[test]
+fn anisotropy_is_a_fraction() {
+    let fractions = |top: f32| {
+        let values: Vec<f32> = (0..1000).map(|i| i as f32 / 1000.0 * top).collect();
+        Volume::new(Grid::with_spacing([1000, 1, 1], [1.0; 3]).expect("grid"), Voxels::F32(values.into())).expect("volume")
+    };
+    assert!(Preset::DtiFa.suits(&fractions(1.0)).is_ok() && Preset::suggest(&fractions(1.0)).contains(&Preset::DtiFa));
+    assert!(Preset::DtiFa.suits(&fractions(3.0)).expect_err("too great").contains("fractions between 0 and 1"));
+}
