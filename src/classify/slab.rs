@@ -1,6 +1,6 @@
 //! What a slab of the volume is, and its colour and opacity at one value.
 
-use crate::scene::{SlabForm, TransferFunction};
+use crate::scene::{DEEPEST, SlabForm, TransferFunction};
 
 /// What a slab is.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,9 +21,6 @@ pub(crate) enum Measure {
     /// Optical depth, and colour times that: where opacity depends on more than the value, and so is made of it later.
     OpticalDepth,
 }
-
-/// The largest optical depth of a slab: nothing is seen through less.
-const DEEPEST: f64 = 64.0;
 
 /// What a table says of a slab at a value: premultiplied colour and opacity 1 - (1 - a)^ratio; for Riemann's form, and as optical depth,
 /// -ln(1 - a) ratio.

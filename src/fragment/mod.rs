@@ -26,6 +26,7 @@ mod pair;
 pub(crate) mod project;
 mod span;
 mod texcoord;
+mod transfer2d;
 
 pub(crate) use batch::{Batch, PixelBlock, RaySummary};
 pub(crate) use blend::{BlendBack, BlendFront, Compensated, MaskStage, Plain, Store, Unorm8};
@@ -40,6 +41,7 @@ pub(crate) use pair::{BEHIND, ClassifyPair, KeepValue};
 pub(crate) use project::{ProjectAdd, ProjectAverage, ProjectIso, ProjectLmip, ProjectMax, ProjectMin};
 pub(crate) use span::{Span, SpanPair};
 pub(crate) use texcoord::{Texcoord, TexcoordFar, TexcoordPart};
+pub(crate) use transfer2d::{Numbers, Transfer2dFrame};
 
 use crate::lanes::Level;
 use crate::proxy::Stack;
@@ -74,6 +76,8 @@ pub(crate) struct OptionalFrame {
     pub(crate) gradient: Option<GradientFrame>,
     /// How opacity depends on the gradient, if it does.
     pub(crate) opacity: Option<OpacityFrame>,
+    /// A transfer function of value and gradient, if there is one.
+    pub(crate) transfer2d: Option<Transfer2dFrame>,
     /// Light, if any.
     pub(crate) light: Option<LightingFrame>,
     /// Fog, if any.
@@ -81,11 +85,12 @@ pub(crate) struct OptionalFrame {
 }
 
 impl OptionalFrame {
-    /// Those of `scene` in slices of `stack` through a volume on `grid`, whose values are `scale` times the stages' numbers, plus something.
-    pub(crate) fn of(scene: &Scene, grid: &Grid, stack: &Stack, scale: f64) -> Self {
-        let gradient = scene.needs_gradient().then(|| GradientFrame::new(scene.gradient(), grid, scale));
+    /// Those of `scene` in slices of `stack`, `ratio` reference lengths thick, through a volume on `grid` of such `numbers`.
+    pub(crate) fn of(scene: &Scene, grid: &Grid, stack: &Stack, numbers: Numbers, ratio: f64) -> Self {
+        let gradient = scene.needs_gradient().then(|| GradientFrame::new(scene.gradient(), grid, numbers.scale));
         Self {
             opacity: gradient.as_ref().and_then(|gradient| OpacityFrame::of(scene.transfer(), gradient)),
+            transfer2d: gradient.as_ref().zip(scene.transfer2d()).map(|(g, transfer)| Transfer2dFrame::new(transfer, g, numbers, ratio)),
             light: scene.lighting().map(|lighting| LightingFrame::new(lighting, gradient.as_ref(), grid, stack)),
             gradient,
             fog: FogFrame::of(scene),
@@ -95,9 +100,11 @@ impl OptionalFrame {
 
 /// The kernel of a stage that scenes may ask for; `None` where `scene` does not. `far` where offsets may leave i32.
 pub(crate) fn optional_kernel<'v>(stage: OptionalStage, scene: &Scene, pieces: Pieces, far: bool, level: Level) -> Option<Run<'v>> {
+    let option = stage.option();
     match stage {
         OptionalStage::Gradient => scene.needs_gradient().then(|| gradient::kernel(pieces, far, level)),
-        OptionalStage::GradientOpacity => (!scene.transfer().gradient_opacity().is_empty()).then(|| gradient_opacity::kernel(level)),
+        OptionalStage::GradientOpacity => (option.wanted)(scene).then(|| gradient_opacity::kernel(level)),
+        OptionalStage::Transfer2d => scene.transfer2d().map(|_| transfer2d::kernel(level)),
         OptionalStage::Light => Some(light::kernel(scene.lighting()?.shading, pieces, far, level)),
         OptionalStage::Fog => Some(fog::kernel(scene.fog()?.distance(), pieces, level)),
     }

@@ -25,7 +25,7 @@ pub(crate) use stages::{PairStages, Stages};
 
 use crate::classify::{By, Classify, Measure, Slab};
 use crate::fragment::project::NOTHING;
-use crate::fragment::{BlendFrame, ColorFrame, Frame, OptionalFrame, SampleFrame};
+use crate::fragment::{BlendFrame, ColorFrame, Frame, Numbers, OptionalFrame, SampleFrame};
 use crate::lanes::{Level, LookupTable};
 use crate::proxy::{Domain, Stack};
 use crate::scene::{Blend, Fog, FogDistance, SampleAt, Scene};
@@ -92,19 +92,20 @@ impl<'v> FramePlan<'v> {
         let ratio = if stack.is_empty() {
             1.0
         } else {
-            stack.spacing / scene.transfer().opacity_length(domain.map_or(volume.grid(), Domain::whole))
+            stack.spacing / scene.opacity_length(domain.map_or(volume.grid(), Domain::whole))
         };
         let measure = if needs.optical_depth { Measure::OpticalDepth } else { Measure::Opacity };
         let slab = Slab { ratio, form: needs.method.slab, measure };
         let by = if needs.method.is_pre_integrated() { By::Pair } else { By::Value };
-        let transfer = kept.transfer(TransferKey { transfer: scene.transfer().clone(), slab, by });
+        let transfer = kept.transfer(TransferKey { transfer: prepared::classified_by(scene, volume, &data.bricks), slab, by });
         // Where empty slices count, or are looked at, all rows do.
         let (color, split) = color_frame(&data.scaling, &transfer, needs.skip && !observed);
+        let numbers = Numbers { scale: data.scaling.scale, offset: data.scaling.offset };
         let frame = Frame {
             sample: sample_frame(volume, data, &needs, lookup, &color),
             color,
             blend: BlendFrame { terminate, level: level_of(scene, &data.scaling) as f32 },
-            optional: OptionalFrame::of(scene, volume.grid(), &stack, data.scaling.scale),
+            optional: OptionalFrame::of(scene, volume.grid(), &stack, numbers, ratio),
         };
         let merged = if needs.merge { kept.merged(&transfer) } else { None };
         let runs = Runs::new(&stack, needs.ends.between(), needs.merge);

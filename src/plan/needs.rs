@@ -92,7 +92,7 @@ impl Needs {
             method,
             compensated: compensated && blend == BlendKind::Over,
             ends,
-            optical_depth: colors && !scene.transfer().gradient_opacity().is_empty() && !LEAN,
+            optical_depth: colors && scene.opacity_by_gradient() && !LEAN,
         }
     }
 

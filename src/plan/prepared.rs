@@ -5,7 +5,7 @@ use super::scaling::value_range;
 use crate::classify::{By, ChangeClasses, Classifier, Classify, Slab, strongest};
 use crate::lanes::LookupTable;
 use crate::proxy::Domain;
-use crate::scene::TransferFunction;
+use crate::scene::{Scene, TransferFunction};
 use crate::skip::{BrickClasses, MERGED, Runs, SkipTable};
 use crate::volume::Volume;
 use crate::volume::bricks::Bricks;
@@ -36,6 +36,13 @@ impl VolumeData {
         let packed = if scaling.to_f32.is_none() { Packed::new(volume.voxels(), volume.grid().dims()) } else { None };
         Self { bricks, packed, scaling }
     }
+}
+
+/// What classification by the value goes by in `scene`: its transfer function, or what one of two variables may show of each value.
+pub(super) fn classified_by(scene: &Scene, volume: &Volume, bricks: &Bricks) -> TransferFunction {
+    let (min, max) = bricks.range;
+    let (min, max) = if min <= max { value_range(volume, min, max) } else { (0.0, 0.0) };
+    scene.transfer2d().and_then(|t| t.shown(min, max).ok()).unwrap_or_else(|| scene.transfer().clone())
 }
 
 /// What tables depend on besides the volume.

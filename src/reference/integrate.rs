@@ -265,6 +265,7 @@ fn follow(scene: &Scene) -> Result<Option<Fog>> {
             OptionalStage::Fog => fog = scene.fog().copied(),
             OptionalStage::Gradient => {}
             OptionalStage::GradientOpacity => return Err(Error::invalid("transfer gradient_opacity: there is no reference for it")),
+            OptionalStage::Transfer2d => return Err(Error::invalid("transfer2d: there is no reference for it")),
             OptionalStage::Light => return Err(Error::invalid("light: there is no reference for it")),
         }
     }

@@ -19,6 +19,7 @@ mod stage;
 #[cfg(test)]
 mod tests;
 mod transfer;
+mod transfer2d;
 
 pub use crate::picture::MAX_SIDE;
 pub use camera::{Camera, Placement, Projection, View};
@@ -37,10 +38,15 @@ pub use opengl::{
 pub use preset::Preset;
 pub use stage::{Fits, InProjections, OptionalStage, Quantity, StageId, StageInfo, StageOption};
 pub use transfer::TransferFunction;
+pub use transfer2d::{MAX_REGIONS, Region, Shape, Transfer2d};
+pub(crate) use transfer2d::GAUSSIAN_END;
 
 use crate::{Error, Result};
 use linear_light::ColorNumbers;
 pub(crate) use linear_light::to_display;
+
+/// The largest optical depth of a slab, where opacities are added up as such: nothing is seen through less.
+pub(crate) const DEEPEST: f64 = 64.0;
 
 /// Most slices of one picture.
 pub const MAX_SLICES: u64 = 1 << 24;
@@ -113,6 +119,7 @@ pub struct Scene {
     height: u32,
     background: Straight,
     transfer: TransferFunction,
+    transfer2d: Option<Transfer2d>,
     slicing: Slicing,
     order: Order,
     terminate: f32,
@@ -136,6 +143,7 @@ impl Scene {
             height: 512,
             background: Straight::default(),
             transfer,
+            transfer2d: None,
             slicing: Slicing::Count(256),
             order: Order::FrontToBack,
             terminate: 1.0 / 1024.0,
@@ -192,6 +200,16 @@ impl Scene {
     pub fn with_transfer(mut self, transfer: TransferFunction) -> Self {
         self.transfer = transfer;
         self
+    }
+
+    /// The scene through a transfer function of value and gradient, in the place of [`Scene::transfer`]; or without one.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] together with what has no gradients: projections of values, pre-integrated slabs, [`Method::merge`], the profile
+    /// `opengl`.
+    pub fn with_transfer2d(mut self, transfer: Option<Transfer2d>) -> Result<Self> {
+        self.transfer2d = transfer;
+        self.agreed()
     }
 
     /// The scene whose transfer function has opacities per `length` world units: [`TransferFunction::with_unit`] on the one it
@@ -446,9 +464,24 @@ impl Scene {
         self.gradient
     }
 
+    /// The transfer function of value and gradient, where there is one.
+    pub fn transfer2d(&self) -> Option<&Transfer2d> {
+        self.transfer2d.as_ref()
+    }
+
+    /// The length (world units) that opacities refer to in a volume on `grid`.
+    pub(crate) fn opacity_length(&self, grid: &crate::volume::Grid) -> f64 {
+        self.transfer2d.as_ref().map_or_else(|| self.transfer.opacity_length(grid), |t| t.opacity_length(grid))
+    }
+
+    /// Whether opacity depends on the gradient.
+    pub(crate) fn opacity_by_gradient(&self) -> bool {
+        self.transfer2d.is_some() || !self.transfer.gradient_opacity().is_empty()
+    }
+
     /// Whether fragments need the gradient of the values.
     pub(crate) fn needs_gradient(&self) -> bool {
-        self.lighting.as_ref().is_some_and(Lighting::needs_gradient) || !self.transfer.gradient_opacity().is_empty()
+        self.lighting.as_ref().is_some_and(Lighting::needs_gradient) || self.opacity_by_gradient()
     }
 
     /// Whether the background is fogged.

@@ -45,6 +45,8 @@ pub enum OptionalStage {
     Gradient,
     /// Opacity by the gradient's size.
     GradientOpacity,
+    /// Colour and opacity by value and gradient.
+    Transfer2d,
     /// Light.
     Light,
     /// Fog between the eye and a fragment.
@@ -155,7 +157,7 @@ pub struct StageOption {
 
 impl StageId {
     /// All stages, in their order.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::Span,
         Self::Texcoord,
         Self::Fetch,
@@ -165,6 +167,7 @@ impl StageId {
         Self::Correct,
         Self::Optional(OptionalStage::Gradient),
         Self::Optional(OptionalStage::GradientOpacity),
+        Self::Optional(OptionalStage::Transfer2d),
         Self::Optional(OptionalStage::Light),
         Self::Optional(OptionalStage::Fog),
         Self::Mask,
@@ -222,7 +225,7 @@ impl StageId {
 
 impl OptionalStage {
     /// All of them, in their order.
-    pub const ALL: [Self; 4] = [Self::Gradient, Self::GradientOpacity, Self::Light, Self::Fog];
+    pub const ALL: [Self; 5] = [Self::Gradient, Self::GradientOpacity, Self::Transfer2d, Self::Light, Self::Fog];
 
     /// What it is called, does and sets.
     pub const fn info(self) -> StageInfo {
@@ -235,6 +238,11 @@ impl OptionalStage {
             Self::GradientOpacity => StageInfo {
                 name: "gradient opacity",
                 about: "turns optical depth into opacity, by a factor that depends on the gradient's size",
+                sets: &[Quantity::Color, Quantity::Alpha],
+            },
+            Self::Transfer2d => StageInfo {
+                name: "classify by gradient",
+                about: "adds up what the regions of the transfer function give for the value and the size of its gradient",
                 sets: &[Quantity::Color, Quantity::Alpha],
             },
             Self::Light => StageInfo {
@@ -266,9 +274,20 @@ impl OptionalStage {
             },
             Self::GradientOpacity => StageOption {
                 key: "transfer gradient_opacity",
-                wanted: |scene| !scene.transfer().gradient_opacity().is_empty(),
+                wanted: |scene| !scene.transfer().gradient_opacity().is_empty() && scene.transfer2d().is_none(),
                 absent: "the transfer function depends on the value alone",
                 projections: InProjections::Refused("values are projected, opacities are not"),
+                merging: Fits::No("gradients change from slab to slab where values do not"),
+                pairs: Fits::No("a slab between two values has no gradient of its own; choose post"),
+                riemann: Fits::No("is for slabs of the form exponential"),
+                opengl: Fits::No("OpenGL's textures hold no gradients here"),
+                shows_in_empty_space: |_| None,
+            },
+            Self::Transfer2d => StageOption {
+                key: "transfer2d",
+                wanted: |scene| scene.transfer2d().is_some(),
+                absent: "the transfer function depends on the value alone",
+                projections: InProjections::Refused("values are projected, and colours are not looked up by gradient"),
                 merging: Fits::No("gradients change from slab to slab where values do not"),
                 pairs: Fits::No("a slab between two values has no gradient of its own; choose post"),
                 riemann: Fits::No("is for slabs of the form exponential"),

@@ -63,6 +63,7 @@ fn twins(id: StageId) -> &'static [fn()] {
         StageId::Correct => &[shade::correct, shade::correct_riemann],
         StageId::Optional(OptionalStage::Gradient) => &[],
         StageId::Optional(OptionalStage::GradientOpacity) => &[],
+        StageId::Optional(OptionalStage::Transfer2d) => &[],
         StageId::Optional(OptionalStage::Light) => &[],
         StageId::Optional(OptionalStage::Fog) => &[shade::fog_of_a_slice, shade::fog_by_distance, shade::fog_of_each_fragment],
         StageId::Mask => &[shade::mask],
@@ -251,7 +252,7 @@ fn frame<'v>(voxels: &'v Voxels, n: &mut Numbers) -> Frame<'v> {
             first_visible: 0.0,
         },
         blend: BlendFrame { terminate: 0.01, level: 100.0 },
-        optional: OptionalFrame { gradient: None, opacity: None, light: None, fog: None },
+        optional: OptionalFrame { gradient: None, opacity: None, transfer2d: None, light: None, fog: None },
     }
 }
 

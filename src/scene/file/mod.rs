@@ -23,6 +23,7 @@ mod table;
 #[cfg(test)]
 mod tests;
 mod transfer;
+mod transfer2d;
 mod transfer_file;
 mod volume;
 
@@ -53,6 +54,8 @@ struct Document {
     image: image::ImageKeys,
     /// From values to colour and opacity: a preset, a colour map, or lists of points.
     transfer: transfer::TransferKeys,
+    /// From value and gradient to colour and opacity, in the place of the section transfer.
+    transfer2d: transfer2d::Transfer2dKeys,
     /// How many slices, and how they are blended.
     slices: slices::SliceKeys,
     /// OpenGL's fog.
@@ -139,7 +142,8 @@ impl SceneFile {
         let d = &self.document;
         let cx = Context { document: d, places: &self.places, base: &self.base };
         let mut data = Data { volume, scene: self.partial.clone(), warnings: Vec::new() };
-        let ready = d.transfer.finish(&cx, &mut data)?;
+        // A function of value and gradient stands in the place of a preset, and comes without its light.
+        let ready = d.transfer.finish(&cx, &mut data)?.filter(|_| !d.transfer2d.given());
         data.scene = data.scene.with_camera(d.camera.camera(&cx, volume.grid(), self.partial.size())?);
         d.render.finish(&mut data)?;
         if ready.is_some() {
@@ -152,7 +156,7 @@ impl SceneFile {
         if min == max && volume.statistics().non_finite == 0 {
             warnings.push(format!("every voxel is {min}: the picture shows the box and nothing in it"));
         }
-        if matches!(scene.blend(), Blend::Over | Blend::Add) && !scene.transfer().opaque_within(min, max) {
+        if matches!(scene.blend(), Blend::Over | Blend::Add) && scene.transfer2d().is_none() && !scene.transfer().opaque_within(min, max) {
             warnings.push(format!("the picture is empty: the transfer function is transparent from {min} to {max}, all the data has"));
         }
         Ok((scene, warnings))
@@ -190,6 +194,7 @@ impl Document {
         let scene = self.fog.apply(cx, scene)?;
         let scene = clip::apply(&self.clip, cx, scene)?;
         let scene = self.render.apply(cx, scene)?;
+        let scene = self.transfer2d.apply(cx, scene)?;
         self.light.apply(&self.lights, None, cx, scene)
     }
 

@@ -2,7 +2,7 @@
 
 use super::Place;
 use super::schema::names;
-use super::section::{Context, Data, Rivals, choices};
+use super::section::{Context, Data, Given, Rivals, choices};
 use super::transfer_file::{FoundTransfer, TransferFile};
 use crate::scene::preset::{Landmarks, Preset, looks_hounsfield_plus_1024};
 use crate::scene::{Classification, ColorMap, Lighting, Method, TransferFunction};
@@ -179,6 +179,21 @@ impl TransferKeys {
             Some(length) => transfer.with_unit(length),
             None => Ok(transfer),
         }
+    }
+
+    /// The keys that say what values look like.
+    pub(super) fn given(&self) -> [Given; 9] {
+        [
+            ("transfer.preset", self.preset.is_some()),
+            ("transfer.file", self.file.is_some()),
+            ("transfer.name", self.name.is_some()),
+            ("transfer.colormap", self.colormap.is_some()),
+            ("transfer.range", self.range.is_some()),
+            ("transfer.color", self.color.is_some()),
+            ("transfer.opacity", self.opacity.is_some()),
+            ("transfer.gradient_opacity", self.gradient_opacity.is_some()),
+            ("transfer.opacity_unit", self.opacity_unit.is_some()),
+        ]
     }
 
     fn preset(&self, cx: &Context<'_>) -> Result<Option<Preset>> {
