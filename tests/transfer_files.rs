@@ -262,7 +262,9 @@ fn info_counts_every_finite_voxel() {
     let dir = dir();
     let d = dir.path();
     fs::write(d.join("v.raw"), (0..210).map(|i| (i * 7 % 256) as u8).collect::<Vec<_>>()).unwrap();
-    let info = |more: &[&str]| [&["info", "v.raw"][..], &RAW, more].concat();
+    fn info<'a>(more: &[&'a str]) -> Vec<&'a str> {
+        [&["info", "v.raw"][..], &RAW, more].concat()
+    }
     let (told, _) = good(d, &info(&["--histogram2d", "joint.csv"]));
     assert!(told.contains("210 voxels"), "{told}");
     let table = fs::read_to_string(d.join("joint.csv")).unwrap();

@@ -38,8 +38,8 @@ pub use opengl::{
 pub use preset::Preset;
 pub use stage::{Fits, InProjections, OptionalStage, Quantity, StageId, StageInfo, StageOption};
 pub use transfer::TransferFunction;
-pub use transfer2d::{MAX_REGIONS, Region, Shape, Transfer2d};
 pub(crate) use transfer2d::GAUSSIAN_END;
+pub use transfer2d::{MAX_REGIONS, Region, Shape, Transfer2d};
 
 use crate::{Error, Result};
 use linear_light::ColorNumbers;
