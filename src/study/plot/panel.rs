@@ -17,12 +17,12 @@ pub(in crate::study) struct Panel {
 
 /// Round numbers between `lo` and `hi`, `most` at most, and the step between them.
 pub(in crate::study) fn ticks([lo, hi]: [f64; 2], most: usize) -> (Vec<f64>, f64) {
-    let span = 0.5 * hi - 0.5 * lo;
-    let rough = span / most.max(1) as f64 * 2.0;
-    if !(rough > 0.0 && rough.is_finite()) {
-        return (vec![lo], 1.0);
-    }
+    let rough = 2.0 * ((0.5 * hi - 0.5 * lo) / most.max(1) as f64);
     let power = 10f64.powf(rough.log10().floor());
+    // Ranges at the ends of f64 have no round numbers that it can tell.
+    if !(rough > 0.0 && rough.is_finite() && power.is_normal()) {
+        return (vec![lo], (hi - lo).clamp(f64::MIN_POSITIVE, f64::MAX));
+    }
     let step = [1.0, 2.0, 5.0, 10.0].into_iter().map(|s| s * power).find(|s| *s >= rough * 0.999).unwrap_or(10.0 * power);
     let (first, last) = ((lo / step - 1e-9).ceil(), (hi / step + 1e-9).floor());
     let count = ((last - first) as usize).min(most);
@@ -48,7 +48,10 @@ fn tick_label(x: f64, step: f64) -> String {
 impl Panel {
     /// Where (x, y) lies in the drawing; what is outside lies on the edge.
     pub(in crate::study) fn place(&self, x: f64, y: f64) -> [f64; 2] {
-        let part = |v: f64, [lo, hi]: [f64; 2]| ((0.5 * v - 0.5 * lo) / (0.5 * hi - 0.5 * lo)).clamp(0.0, 1.0);
+        let part = |v: f64, [lo, hi]: [f64; 2]| {
+            let (done, all) = if (hi - lo).is_finite() { (v - lo, hi - lo) } else { (0.5 * v - 0.5 * lo, 0.5 * hi - 0.5 * lo) };
+            if all > 0.0 { (done / all).clamp(0.0, 1.0) } else { 0.0 }
+        };
         [self.left + part(x, self.x) * (self.right - self.left), self.bottom - part(y, self.y) * (self.bottom - self.top)]
     }
 
