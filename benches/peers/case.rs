@@ -1,7 +1,7 @@
 //! What is rendered: 8-bit volumes on plain grids, transfer functions of 256 entries, one view. Every peer can take these as they are.
 
 use glam::DVec3;
-use slicestack::scene::{Camera, Overrides, Placement, Projection, SceneFile, TransferFunction};
+use slicestack::scene::{Camera, Lighting, Overrides, Placement, Projection, SceneFile, TransferFunction};
 use slicestack::volume::phantom::Phantom;
 use slicestack::volume::{Grid, Origin, VoxelType, Voxels};
 use slicestack::{Limits, Scene, Volume};
@@ -62,6 +62,12 @@ impl Case {
             .with_opacity_unit(unit)?
             .with_camera(view(volume.grid(), TURN)?);
         Ok(Self { name, volume, scene })
+    }
+
+    /// The same in a head light of full strength, whose formula VTK has too: c (0.25 + 0.75 |n.v|) + 0.2 |n.v|^20.
+    pub(crate) fn lit(&self) -> Result<Self, Box<dyn Error>> {
+        let scene = self.scene.clone().with_lighting(Some(Lighting::default()))?;
+        Ok(Self { name: self.name.clone(), volume: self.volume.clone(), scene })
     }
 
     /// The 256 colours and opacities per unit length.

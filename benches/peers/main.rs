@@ -9,7 +9,7 @@
 //! ```text
 //!  case ---> reference in f64 (judge)
 //!    |             | RMS error
-//!    +--> llvmpipe, VTK, VolPack: time, error E
+//!    +--> llvmpipe, VTK (unlit, lit, and its default mapper by llvmpipe, lit), VolPack: time, error E
 //!    '--> ours: fewest slices for E, E/10, E/20; tolerance of as much   --> rounds, one frame each in turn --> report
 //! ```
 //! llvmpipe needs libOSMesa (Debian: libosmesa6); VTK a Python with the package vtk (`$PYTHON`, or python3); VolPack libvolpack1. The
@@ -47,7 +47,7 @@ use std::path::PathBuf;
 use std::process::{Command, ExitCode};
 use std::time::Instant;
 use volpack::VolPack;
-use vtk::Vtk;
+use vtk::{Mapper, Vtk};
 
 /// Threads of every peer but VolPack, and of ours beside them.
 const THREADS: usize = 2;
@@ -56,6 +56,9 @@ const COUNTS: [usize; 2] = [256, 1024];
 /// How much smaller than the peer's our error has to be.
 const VTK_PART: f64 = 10.0;
 const VOLPACK_PART: f64 = 20.0;
+/// VTK in a head light: its caster for the CPU, and the mapper it takes by default.
+const VTK_LIT: &str = "VTK, lit";
+const VTK_DEFAULT: &str = "VTK's default, lit";
 /// The built-in volumes.
 const PHANTOMS: [Phantom; 4] = [Phantom::MarschnerLobb, Phantom::Hydrogen, Phantom::SheppLogan, Phantom::Cloud];
 /// How Mesa is told its number of threads, before it is loaded.
@@ -131,6 +134,7 @@ fn run() -> Result<ExitCode, Box<dyn Error>> {
         let judge = Judge::new(&case)?;
         eprintln!("{}: frames, {:.0} s gone", case.name, start.elapsed().as_secs_f64());
         compare(&gl, &case, &judge, &mut record)?;
+        compare_lit(&case, &mut record)?;
         record.turns.push(dense::turn(&case, THREADS)?);
     }
     eprintln!("haze, {:.0} s gone", start.elapsed().as_secs_f64());
@@ -187,7 +191,7 @@ fn compare(gl: &Gl, case: &Case, judge: &Judge, record: &mut Record) -> Result<(
     }
     let mut missing = Vec::new();
     if vtk::is_installed() {
-        let mut vtk = Vtk::new(case, THREADS)?;
+        let mut vtk = Vtk::new(case, Mapper::Caster, THREADS)?;
         record.vtk = Some(vtk.version.clone());
         let error = judge.error(case::SIDE, &vtk.picture()?)?;
         let peer = Peer { name: "VTK", setting: format!("{} samples", vtk::SAMPLES), threads: THREADS, part: VTK_PART, error };
@@ -205,6 +209,28 @@ fn compare(gl: &Gl, case: &Case, judge: &Judge, record: &mut Record) -> Result<(
     }
     record.rows.extend(play(case, matches, record.rounds)?);
     record.rows.extend(missing.into_iter().map(|peer| Row::missing(&case.name, peer)));
+    Ok(())
+}
+
+/// VTK's frames of one case in a head light, and ours.
+fn compare_lit(case: &Case, record: &mut Record) -> Result<(), Box<dyn Error>> {
+    if !vtk::is_installed() {
+        record.rows.extend([VTK_LIT, VTK_DEFAULT].map(|peer| Row::missing(&case.name, peer)));
+        return Ok(());
+    }
+    let case = &case.lit()?;
+    let (judge, ours) = (&Judge::new(case)?, &Ours::new(case, THREADS));
+    let mut matches = Vec::new();
+    for (name, mapper, part) in [(VTK_LIT, Mapper::Caster, VTK_PART), (VTK_DEFAULT, Mapper::Default, 1.0)] {
+        let mut vtk = Vtk::new(case, mapper, THREADS)?;
+        if mapper == Mapper::Default {
+            record.vtk_default = Some(vtk.version.clone());
+        }
+        let error = judge.error(case::SIDE, &vtk.picture()?)?;
+        let peer = Peer { name, setting: format!("{} samples", vtk::SAMPLES), threads: THREADS, part, error };
+        matches.push(Match::new(peer, Box::new(move || vtk.frame()), (ours, judge))?);
+    }
+    record.rows.extend(play(case, matches, record.rounds)?);
     Ok(())
 }
 

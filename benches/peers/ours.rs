@@ -60,7 +60,9 @@ impl<'c> Ours<'c> {
         let plain = Method::default();
         for method in [plain, plain.with_merge(true), plain.with_classification(Classification::SecondOrder)] {
             let terminate = self.case.scene.terminate().min((TERMINATE * error) as f32);
-            let base = self.case.scene.clone().with_method(method)?.with_terminate(terminate)?;
+            // Lit slabs are not merged.
+            let Ok(base) = self.case.scene.clone().with_method(method) else { continue };
+            let base = base.with_terminate(terminate)?;
             let make = |count: u64| self.way(judge, base.clone().with_slices(Slicing::Count(count))?);
             let (mut below, mut best) = (0, None);
             for count in std::iter::successors(Some(32), |n| Some(2 * n)).take_while(|&n| n <= MOST) {

@@ -4,7 +4,7 @@ use super::case::SIDE;
 use super::dense::{BOUND, Dense, TURNING, Turn, VIEWS};
 use super::ours::Way;
 use super::rounds::Times;
-use super::{THREADS, VOLPACK_PART, VTK_PART};
+use super::{THREADS, VOLPACK_PART, VTK_DEFAULT, VTK_LIT, VTK_PART};
 use serde::Serialize;
 use slicestack::Level;
 use std::error::Error;
@@ -99,6 +99,8 @@ pub(crate) struct Record {
     pub(crate) rounds: usize,
     pub(crate) llvmpipe: String,
     pub(crate) vtk: Option<String>,
+    /// Version and driver of VTK's default mapper.
+    pub(crate) vtk_default: Option<String>,
     pub(crate) rows: Vec<Row>,
     pub(crate) turns: Vec<Turn>,
     pub(crate) dense: Option<Dense>,
@@ -133,6 +135,7 @@ impl Record {
             rounds,
             llvmpipe: String::new(),
             vtk: None,
+            vtk_default: None,
             rows: Vec::new(),
             turns: Vec::new(),
             dense: None,
@@ -160,13 +163,25 @@ impl Record {
     pub(crate) fn markdown(&self) -> String {
         let mut text = self.against("llvmpipe", "llvmpipe, OpenGL by Mesa: slices blended in f32. Ours to the same error");
         text += &self.against("VTK", &format!("VTK's ray caster for the CPU. Ours to an error {VTK_PART} times smaller"));
+        text += &self.against(
+            VTK_LIT,
+            &format!("In a head light, VTK's ray caster for the CPU with shading. Ours to an error {VTK_PART} times smaller"),
+        );
+        text += &self
+            .against(VTK_DEFAULT, "In the same light, the mapper that VTK takes by default, drawn by llvmpipe. Ours to the same error");
         text += &self.against("VolPack", &format!("VolPack's shear-warp, one thread each. Ours to an error {VOLPACK_PART} times smaller"));
         text += &self.turning();
         text += &self.dense.as_ref().map(Dense::markdown).unwrap_or_default();
         let vtk = self.vtk.as_deref().map_or_else(|| "VTK not installed".into(), |v| format!("VTK {v}"));
         text += &format!(
-            "{}, {} cores, {} threads, {}; {SIDE} x {SIDE} pixels, the shortest of {} frames; {}; {vtk}.\n",
-            self.cpu, self.cores, self.threads, self.simd, self.rounds, self.llvmpipe
+            "{}, {} cores, {} threads, {}; {SIDE} x {SIDE} pixels, the shortest of {} frames; {}; {vtk}{}.\n",
+            self.cpu,
+            self.cores,
+            self.threads,
+            self.simd,
+            self.rounds,
+            self.llvmpipe,
+            self.vtk_default.as_deref().map_or_else(String::new, |v| format!(", by default {v}"))
         );
         text
     }

@@ -1,4 +1,4 @@
-//! VTK's ray caster for the CPU, in a Python process of its own that renders a frame when told to.
+//! VTK's ray casters, in a Python process of its own that renders a frame when told to.
 
 use super::case::{Case, SIDE};
 use slicestack::scene::{Placement, Projection};
@@ -24,6 +24,15 @@ pub(crate) fn is_installed() -> bool {
     import.is_ok_and(|s| s.success())
 }
 
+/// Which of its ray casters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Mapper {
+    /// The one for the CPU.
+    Caster,
+    /// The one it takes by default, in OpenGL.
+    Default,
+}
+
 /// The process, and the files it works on.
 pub(crate) struct Vtk {
     child: Child,
@@ -45,7 +54,7 @@ impl Drop for Vtk {
 }
 
 impl Vtk {
-    pub(crate) fn new(case: &Case, threads: usize) -> Result<Self, Box<dyn Error>> {
+    pub(crate) fn new(case: &Case, mapper: Mapper, threads: usize) -> Result<Self, Box<dyn Error>> {
         let (Placement::LookAt { eye, target, up }, Projection::Orthographic { height: Some(height) }) =
             (case.scene.camera().placement(), case.scene.camera().projection())
         else {
@@ -58,7 +67,12 @@ impl Vtk {
         let forward = (target - eye).normalize();
         let depths = grid.corners().map(|c| c.dot(forward));
         let depth = depths.iter().fold(f64::MIN, |a, &b| a.max(b)) - depths.iter().fold(f64::MAX, |a, &b| a.min(b));
+        let light = case
+            .scene
+            .lighting()
+            .map(|l| serde_json::json!({ "ambient": l.ambient, "diffuse": l.diffuse, "specular": l.specular, "shininess": l.shininess }));
         let job = serde_json::json!({
+            "mapper": if mapper == Mapper::Default { "default" } else { "caster" }, "light": light,
             "voxels": voxels, "dimensions": grid.dims(), "spacing": grid.spacing(), "table": case.table(), "unit": case.unit(),
             "eye": eye.to_array(), "target": target.to_array(), "up": up.to_array(), "height": height, "side": SIDE,
             "step": depth / f64::from(SAMPLES), "threads": threads,

@@ -1,10 +1,11 @@
-"""VTK's ray caster for the CPU, frame by frame on request.
+"""VTK's ray casters, frame by frame on request.
 
 usage: vtk_caster.py JOB.json
 
 The job: `voxels` (a file of bytes, x fastest), `dimensions`, `spacing`, `table` (256 times red, green, blue, opacity per `unit` of
 length), `unit`, `eye`, `target`, `up`, `height` of the view, `side` of the picture in pixels, `step` from sample to sample along a ray,
-`threads`. Lengths are in the units of `spacing`; voxel (0,0,0) is at the origin.
+`threads`, `mapper` ("caster": the one for the CPU; "default": the one that VTK takes by default, in OpenGL), and `light` (none, or
+`ambient`, `diffuse`, `specular`, `shininess` of a head light). Lengths are in the units of `spacing`; voxel (0,0,0) is at the origin.
 Prints VTK's version; then for each line on the standard input: `frame` renders and prints seconds, `pixels FILE` writes the last
 picture as RGBA bytes, row 0 on top, and prints `done`.
 """
@@ -38,6 +39,12 @@ def looks(job):
     looks.SetScalarOpacityUnitDistance(job["unit"])
     looks.SetInterpolationTypeToLinear()
     looks.ShadeOff()
+    if light := job.get("light"):
+        looks.ShadeOn()
+        looks.SetAmbient(light["ambient"])
+        looks.SetDiffuse(light["diffuse"])
+        looks.SetSpecular(light["specular"])
+        looks.SetSpecularPower(light["shininess"])
     return looks
 
 
@@ -54,9 +61,22 @@ def caster(job):
     return mapper
 
 
+def default(job):
+    """What a pipeline gets that asks for no special mapper, where there is OpenGL: by llvmpipe, on a machine without a GPU."""
+    mapper = vtk.vtkGPUVolumeRayCastMapper()
+    mapper.SetInputData(image(job))
+    mapper.SetBlendModeToComposite()
+    mapper.LockSampleDistanceToInputSpacingOff()
+    mapper.AutoAdjustSampleDistancesOff()
+    mapper.UseJitteringOff()
+    mapper.SetImageSampleDistance(1)
+    mapper.SetSampleDistance(job["step"])
+    return mapper
+
+
 def window(job):
     volume = vtk.vtkVolume()
-    volume.SetMapper(caster(job))
+    volume.SetMapper(default(job) if job["mapper"] == "default" else caster(job))
     volume.SetProperty(looks(job))
     renderer = vtk.vtkRenderer()
     renderer.SetBackground(0, 0, 0)
@@ -90,7 +110,12 @@ def main():
     job = json.loads(pathlib.Path(sys.argv[1]).read_text(encoding="utf-8"))
     shown = window(job)
     shown.Render()
-    print(vtk.vtkVersion.GetVTKVersion(), flush=True)
+    driver = ""
+    if job["mapper"] == "default":
+        # "OpenGL renderer string:  llvmpipe (...)"
+        told = [line for line in shown.ReportCapabilities().splitlines() if "renderer string" in line]
+        driver = f", {shown.GetClassName()}, " + " ".join(told[0].split(":")[1:]).strip() if told else ""
+    print(vtk.vtkVersion.GetVTKVersion() + driver, flush=True)
     for line in sys.stdin:
         order, _, file = line.rstrip("\n").partition(" ")
         if order == "pixels":
@@ -99,6 +124,9 @@ def main():
         else:
             start = time.perf_counter()
             shown.Render()
+            if job["mapper"] == "default":
+                # OpenGL may still be at work when the call comes back.
+                shown.WaitForCompletion()
             print(time.perf_counter() - start, flush=True)
 
 

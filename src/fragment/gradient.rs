@@ -201,7 +201,13 @@ pub(super) fn index_of(offset: usize, strides: [usize; 3]) -> [usize; 3] {
 /// The voxels at `steps` from the cells of row `r`, one by one, those beyond the volume taken from its edge. Not inlined: it would not become
 /// faster, and every kernel larger.
 #[inline(never)]
-fn gather<const FAR: bool, const N: usize>(frame: &Frame<'_>, dims: [usize; 3], batch: &Batch, r: usize, steps: &[[i8; 3]; N]) -> [[f32; SIDE]; N] {
+fn gather<const FAR: bool, const N: usize>(
+    frame: &Frame<'_>,
+    dims: [usize; 3],
+    batch: &Batch,
+    r: usize,
+    steps: &[[i8; 3]; N],
+) -> [[f32; SIDE]; N] {
     let sample = &frame.sample;
     let strides = [1, dims[0], dims[0] * dims[1]];
     let mut found = [[0.0f32; SIDE]; N];

@@ -322,7 +322,14 @@ impl CellLoad {
             ($from:expr) => {{
                 let f: *const u16 = $from;
                 L::set_i([
-                    quad(f, o[0]), quad(f, o[1]), quad(f, o[2]), quad(f, o[3]), quad(f, o[4]), quad(f, o[5]), quad(f, o[6]), quad(f, o[7]),
+                    quad(f, o[0]),
+                    quad(f, o[1]),
+                    quad(f, o[2]),
+                    quad(f, o[3]),
+                    quad(f, o[4]),
+                    quad(f, o[5]),
+                    quad(f, o[6]),
+                    quad(f, o[7]),
                 ])
             }};
         }
@@ -330,7 +337,14 @@ impl CellLoad {
             ($from:expr) => {{
                 let f: *const u16 = $from;
                 L::set_pairs([
-                    four(f, o[0]), four(f, o[1]), four(f, o[2]), four(f, o[3]), four(f, o[4]), four(f, o[5]), four(f, o[6]), four(f, o[7]),
+                    four(f, o[0]),
+                    four(f, o[1]),
+                    four(f, o[2]),
+                    four(f, o[3]),
+                    four(f, o[4]),
+                    four(f, o[5]),
+                    four(f, o[6]),
+                    four(f, o[7]),
                 ])
             }};
         }
@@ -338,10 +352,16 @@ impl CellLoad {
         let [a, b] = fours!(from.wrapping_sub(1));
         let [c, d] = fours!(far.wrapping_sub(1));
         [
-            a, b, c, d,
-            quads!(from.wrapping_sub(sy)), quads!(from.wrapping_add(sy)),
-            quads!(far.wrapping_sub(sy)), quads!(far.wrapping_add(sy)),
-            quads!(from.wrapping_sub(sz)), quads!(far.wrapping_add(sz)),
+            a,
+            b,
+            c,
+            d,
+            quads!(from.wrapping_sub(sy)),
+            quads!(from.wrapping_add(sy)),
+            quads!(far.wrapping_sub(sy)),
+            quads!(far.wrapping_add(sy)),
+            quads!(from.wrapping_sub(sz)),
+            quads!(far.wrapping_add(sz)),
         ]
     }
 
@@ -370,7 +390,14 @@ impl CellLoad {
             ($from:expr) => {{
                 let f: *const u32 = $from;
                 L::set_pairs([
-                    quad(f, o[0]), quad(f, o[1]), quad(f, o[2]), quad(f, o[3]), quad(f, o[4]), quad(f, o[5]), quad(f, o[6]), quad(f, o[7]),
+                    quad(f, o[0]),
+                    quad(f, o[1]),
+                    quad(f, o[2]),
+                    quad(f, o[3]),
+                    quad(f, o[4]),
+                    quad(f, o[5]),
+                    quad(f, o[6]),
+                    quad(f, o[7]),
                 ])
             }};
         }

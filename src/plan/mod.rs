@@ -89,15 +89,16 @@ impl<'v> FramePlan<'v> {
         let Subject { scene, volume, data, stack, terminate, level, observed, domain } = subject;
         let needs = Needs::new(scene, &stack, data.bricks.non_finite > 0, terminate);
         let lookup = needs.lookup(volume, data.packed.is_some(), &data.scaling);
-        let ratio = if stack.is_empty() {
-            1.0
-        } else {
-            stack.spacing / scene.opacity_length(domain.map_or(volume.grid(), Domain::whole))
-        };
+        let ratio = if stack.is_empty() { 1.0 } else { stack.spacing / scene.opacity_length(domain.map_or(volume.grid(), Domain::whole)) };
         let measure = if needs.optical_depth { Measure::OpticalDepth } else { Measure::Opacity };
         let slab = Slab { ratio, form: needs.method.slab, measure };
         let by = if needs.method.is_pre_integrated() { By::Pair } else { By::Value };
-        let transfer = kept.transfer(TransferKey { transfer: prepared::classified_by(scene, volume, &data.bricks), slab, by });
+        let transfer = kept.transfer(TransferKey {
+            transfer: prepared::classified_by(scene, volume, &data.bricks),
+            slab,
+            by,
+            transfer2d: scene.transfer2d().cloned(),
+        });
         // Where empty slices count, or are looked at, all rows do.
         let (color, split) = color_frame(&data.scaling, &transfer, needs.skip && !observed);
         let numbers = Numbers { scale: data.scaling.scale, offset: data.scaling.offset };

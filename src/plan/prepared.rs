@@ -5,7 +5,7 @@ use super::scaling::value_range;
 use crate::classify::{By, ChangeClasses, Classifier, Classify, Slab, strongest};
 use crate::lanes::LookupTable;
 use crate::proxy::Domain;
-use crate::scene::{Scene, TransferFunction};
+use crate::scene::{Scene, Transfer2d, TransferFunction};
 use crate::skip::{BrickClasses, MERGED, Runs, SkipTable};
 use crate::volume::Volume;
 use crate::volume::bricks::Bricks;
@@ -54,6 +54,8 @@ pub(crate) struct TransferKey {
     pub(crate) slab: Slab,
     /// What the table goes by.
     pub(crate) by: By,
+    /// A function of value and gradient, whose values `transfer` stands for.
+    pub(crate) transfer2d: Option<Transfer2d>,
 }
 
 /// What depends on the volume, the transfer function and the thickness of slabs.
@@ -77,16 +79,33 @@ impl TransferData {
     pub(crate) fn new<'o>(key: TransferKey, volume: &Volume, bricks: &Bricks, mut others: impl Iterator<Item = &'o Self>) -> Self {
         let (min, max) = bricks.range;
         let range = if min <= max { value_range(volume, min, max) } else { (0.0, 0.0) };
-        let TransferKey { transfer, slab, by } = &key;
+        let TransferKey { transfer, slab, by, transfer2d } = &key;
         let classifier = Classifier::new(transfer, range, *slab, *by);
         let table = Arc::new(classifier.table(transfer, *slab));
         let fine = classifier.fine().map(|layout| Arc::new(layout.table(transfer, *slab)));
-        let bricks = match others.find(|o| o.classifier == classifier) {
+        let same = |o: &&Self| o.classifier == classifier && o.key.transfer == *transfer && o.key.transfer2d == *transfer2d;
+        let bricks = match others.find(same) {
             Some(same) => same.bricks.clone(),
-            None => Arc::new(BrickClasses::new(bricks, |low, high| {
-                let (low, high) = value_range(volume, low, high);
-                u8::from(classifier.may_show(low, high))
-            })),
+            None => {
+                let by_value = BrickClasses::new(bricks, |low, high| {
+                    let (low, high) = value_range(volume, low, high);
+                    u8::from(classifier.may_show(low, high))
+                });
+                Arc::new(if transfer2d.is_some() || !transfer.gradient_opacity().is_empty() {
+                    // No gradient of values that differ by 1 is larger.
+                    let steepest = volume.grid().world_to_index().matrix3.to_cols_array().iter().map(|x| x * x).sum::<f64>().sqrt();
+                    let steepest = steepest * volume.rescale().0.abs() * (1.0 + 1e-6);
+                    by_value.without(bricks, |low, high, width| {
+                        let (low, high) = value_range(volume, low, high);
+                        match transfer2d {
+                            Some(transfer) => !transfer.may_show(low, high, steepest * width),
+                            None => transfer.most_gradient_factor(steepest * width) <= 0.0,
+                        }
+                    })
+                } else {
+                    by_value
+                })
+            }
         };
         Self { key, classifier, table, fine, bricks }
     }

@@ -69,7 +69,7 @@ impl Keeper<'_> {
 impl Prepared for Keeper<'_> {
     fn transfer(&mut self, key: TransferKey) -> Arc<TransferData> {
         let list = &mut *self.entries;
-        list.retain(|e| e.data.key.transfer == key.transfer);
+        list.retain(|e| e.data.key.transfer == key.transfer && e.data.key.transfer2d == key.transfer2d);
         let at = list.iter().position(|e| e.data.key == key).unwrap_or_else(|| {
             let others = list.iter().map(|e| &*e.data);
             let data = self.clock.prepare(|| Arc::new(TransferData::new(key, self.volume, &self.data.bricks, others)));

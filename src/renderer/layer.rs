@@ -168,6 +168,9 @@ impl Renderer {
         if scene.blend() != Blend::Over {
             return Err(Error::invalid("render blend: parts of a volume combine by \"over\" alone"));
         }
+        if scene.needs_gradient() {
+            return Err(Error::invalid("light: a part of a volume does not hold the voxels around it that gradients take"));
+        }
         let (held, told) = (self.volume.grid().dims(), domain.voxels().clone().map(|v| v.len()));
         if held != told {
             return Err(Error::invalid(format!("domain: voxels {told:?} along x, y, z: the volume has {held:?}")));

@@ -91,6 +91,12 @@ impl TransferFunction {
         if self.gradient_opacity.is_empty() { 1.0 } else { interpolate(&self.gradient_opacity, size, |a, b, t| a + (b - a) * t) }
     }
 
+    /// The largest factor on the extinction of gradients up to this size.
+    pub(crate) fn most_gradient_factor(&self, size: f64) -> f64 {
+        let points = self.gradient_opacity.iter().filter(|p| p.0 <= size).map(|p| p.1);
+        points.fold(self.gradient_factor(0.0).max(self.gradient_factor(size)), f64::max)
+    }
+
     /// The length (world units) that opacities refer to; `None` = the smallest voxel spacing of the volume that is shown.
     pub fn unit(&self) -> Option<f64> {
         self.unit

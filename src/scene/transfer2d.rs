@@ -100,11 +100,13 @@ impl Shape {
     /// Its strength at a value and a size of the gradient, 0 to 1.
     pub fn at(&self, v: f64, g: f64) -> f64 {
         match *self {
-            Self::Box { value, gradient } => {
-                f64::from(u8::from(v >= value[0] && v <= value[1] && g >= gradient[0] && g <= gradient[1]))
-            }
+            Self::Box { value, gradient } => f64::from(u8::from(v >= value[0] && v <= value[1] && g >= gradient[0] && g <= gradient[1])),
             Self::Triangle { value, width, gradient } => {
-                if g > 0.0 && g <= gradient { (1.0 - (v - value).abs() * gradient / (width * g)).max(0.0) } else { 0.0 }
+                if g > 0.0 && g <= gradient {
+                    (1.0 - (v - value).abs() * gradient / (width * g)).max(0.0)
+                } else {
+                    0.0
+                }
             }
             Self::Gaussian { value, width, gradient, height } => {
                 let (x, y) = ((v - value) / width, (g - gradient) / height);
@@ -128,13 +130,55 @@ impl Shape {
         }
     }
 
+    /// Whether it may be above 0 at a value from `low` to `high` and a gradient up to this size. Never a false no.
+    fn may_show(&self, low: f64, high: f64, steepest: f64) -> bool {
+        // Wider by what the stages may round.
+        let slack = 1e-5 * (low.abs().max(high.abs()) + (high - low));
+        let overlaps = |from: f64, to: f64| from <= high + slack && to >= low - slack;
+        match *self {
+            Self::Box { value: [from, to], gradient: [least, _] } => least <= steepest && overlaps(from, to),
+            Self::Triangle { value, width, gradient } => {
+                let reach = width * (steepest / gradient).min(1.0);
+                overlaps(value - reach, value + reach)
+            }
+            Self::Gaussian { value, width, gradient, height } => {
+                gradient - GAUSSIAN_END * height <= steepest && overlaps(value - GAUSSIAN_END * width, value + GAUSSIAN_END * width)
+            }
+            Self::Levoy { value, thickness } => overlaps(value - thickness * steepest, value + thickness * steepest),
+        }
+    }
+
     fn check(&self, n: usize) -> Result<()> {
         let fail = |what: String| Err(Error::invalid(format!("transfer2d region {n}: {what}")));
         let positive = [
-            ("width", match *self { Self::Triangle { width, .. } | Self::Gaussian { width, .. } => width, _ => 1.0 }),
-            ("height", match *self { Self::Gaussian { height, .. } => height, _ => 1.0 }),
-            ("gradient", match *self { Self::Triangle { gradient, .. } => gradient, _ => 1.0 }),
-            ("thickness", match *self { Self::Levoy { thickness, .. } => thickness, _ => 1.0 }),
+            (
+                "width",
+                match *self {
+                    Self::Triangle { width, .. } | Self::Gaussian { width, .. } => width,
+                    _ => 1.0,
+                },
+            ),
+            (
+                "height",
+                match *self {
+                    Self::Gaussian { height, .. } => height,
+                    _ => 1.0,
+                },
+            ),
+            (
+                "gradient",
+                match *self {
+                    Self::Triangle { gradient, .. } => gradient,
+                    _ => 1.0,
+                },
+            ),
+            (
+                "thickness",
+                match *self {
+                    Self::Levoy { thickness, .. } => thickness,
+                    _ => 1.0,
+                },
+            ),
         ];
         if let Some((key, x)) = positive.into_iter().find(|(_, x)| !(*x > 0.0 && x.is_finite())) {
             return fail(format!("{key} {x}: must be positive and finite"));
@@ -143,11 +187,16 @@ impl Shape {
             Self::Box { value, gradient } => {
                 for (key, [low, high], least) in [("value", value, f64::MIN), ("gradient", gradient, 0.0)] {
                     if !(low >= least && low <= high && high.is_finite()) {
-                        return fail(format!("{key} [{low}, {high}]: must be two finite numbers, the lower first{}", if least == 0.0 { ", not negative" } else { "" }));
+                        return fail(format!(
+                            "{key} [{low}, {high}]: must be two finite numbers, the lower first{}",
+                            if least == 0.0 { ", not negative" } else { "" }
+                        ));
                     }
                 }
             }
-            Self::Triangle { value, .. } | Self::Levoy { value, .. } if !value.is_finite() => return fail(format!("value {value}: must be finite")),
+            Self::Triangle { value, .. } | Self::Levoy { value, .. } if !value.is_finite() => {
+                return fail(format!("value {value}: must be finite"));
+            }
             Self::Gaussian { value, gradient, .. } if !(value.is_finite() && gradient >= 0.0 && gradient.is_finite()) => {
                 return fail(format!("value {value}, gradient {gradient}: must be finite, the gradient not negative"));
             }
@@ -183,7 +232,9 @@ impl Transfer2d {
     pub fn table(table: &Picture, range: [f64; 2], gradient_range: [f64; 2]) -> Result<Self> {
         let (columns, rows) = (table.width() as usize, table.height() as usize);
         if ![columns, rows].iter().all(|n| (2..=MAX_ENTRIES).contains(n)) {
-            return Err(Error::invalid(format!("transfer2d table of {columns} values x {rows} gradients: must have 2 to {MAX_ENTRIES} of each")));
+            return Err(Error::invalid(format!(
+                "transfer2d table of {columns} values x {rows} gradients: must have 2 to {MAX_ENTRIES} of each"
+            )));
         }
         for (key, [low, high], least) in [("range", range, f64::MIN), ("gradient_range", gradient_range, 0.0)] {
             if !(low >= least && low < high && (high - low).is_finite()) {
@@ -192,7 +243,10 @@ impl Transfer2d {
         }
         if let Some(at) = table.pixels().iter().position(|p| p.iter().any(|c| !(0.0..=1.0).contains(c))) {
             let (value, gradient) = (at % columns, at / columns);
-            return Err(Error::invalid(format!("transfer2d table, gradient {gradient}, value {value}: {:?} is outside [0,1]", table.pixels()[at])));
+            return Err(Error::invalid(format!(
+                "transfer2d table, gradient {gradient}, value {value}: {:?} is outside [0,1]",
+                table.pixels()[at]
+            )));
         }
         let entries = Entries { columns, rows, range, gradient_range, colors: Arc::new(table.pixels().to_vec()) };
         Ok(Self { regions: Vec::new(), table: Some(entries), unit: None })
@@ -257,6 +311,12 @@ impl Transfer2d {
         Straight { rgb, alpha: -libm::expm1(-depth) }
     }
 
+    /// Whether anything may show of values from `low` to `high` with gradients up to this size. Never a false no.
+    pub(crate) fn may_show(&self, low: f64, high: f64, steepest: f64) -> bool {
+        let steepest = steepest * (1.0 + 1e-5);
+        self.table.is_some() || self.regions.iter().any(|r| r.opacity > 0.0 && r.shape.may_show(low, high, steepest))
+    }
+
     /// A function of the value alone that shows something wherever this one may, at some size of the gradient, for data from `min` to `max`:
     /// what is passed over as empty goes by it.
     pub(crate) fn shown(&self, min: f64, max: f64) -> Result<TransferFunction> {
@@ -308,7 +368,8 @@ impl Transfer2d {
             region.color = region.color.map(turned);
         }
         if let Some(table) = &mut other.table {
-            let colors = table.colors.iter().map(|&[r, g, b, a]| [turned(r.into()) as f32, turned(g.into()) as f32, turned(b.into()) as f32, a]);
+            let colors =
+                table.colors.iter().map(|&[r, g, b, a]| [turned(r.into()) as f32, turned(g.into()) as f32, turned(b.into()) as f32, a]);
             table.colors = Arc::new(colors.collect());
         }
         other
@@ -331,6 +392,31 @@ mod tests {
         assert_eq!((triangle.at(10.0, 4.0), triangle.at(11.0, 4.0), triangle.at(12.0, 4.0), triangle.at(10.0, 9.0)), (1.0, 0.5, 0.0, 0.0));
         let gaussian = Shape::Gaussian { value: 0.0, width: 2.0, gradient: 5.0, height: 1.0 };
         assert!((gaussian.at(2.0, 5.0) - (-0.5f64).exp()).abs() < 1e-15 && gaussian.at(0.0, 10.1) == 0.0);
+    }
+
+    #[test]
+    fn a_brick_that_may_show_nothing_shows_nothing() {
+        let shapes = [
+            Shape::Box { value: [30.0, 40.0], gradient: [5.0, 9.0] },
+            Shape::Triangle { value: 50.0, width: 10.0, gradient: 8.0 },
+            Shape::Gaussian { value: 80.0, width: 1.0, gradient: 6.0, height: 0.5 },
+            Shape::Levoy { value: 60.0, thickness: 1.5 },
+        ];
+        let mut hidden = 0;
+        for shape in shapes {
+            for (low, width, most) in
+                (0..100).flat_map(|l| (0..6).flat_map(move |w| (0..12).map(move |g| (f64::from(l), f64::from(w), f64::from(g)))))
+            {
+                if shape.may_show(low, low + width, most) {
+                    continue;
+                }
+                hidden += 1;
+                for (i, j) in (0..=8).flat_map(|i| (0..=8).map(move |j| (f64::from(i) / 8.0, f64::from(j) / 8.0))) {
+                    assert_eq!(shape.at(low + i * width, j * most), 0.0, "{shape:?} at {low} + {width}, {most}");
+                }
+            }
+        }
+        assert!(hidden > 5000, "{hidden}");
     }
 
     #[test]

@@ -21,6 +21,31 @@ impl BrickClasses {
         Self { dims: bricks.dims, classes, shown }
     }
 
+    /// The same, but for bricks in which nothing shows because of how little values change: `hidden` is told a brick's own range of stored
+    /// values and the width of the range of the brick and its neighbours, which no difference of two values in it exceeds.
+    pub(crate) fn without(mut self, bricks: &Bricks, hidden: impl Fn(f64, f64, f64) -> bool + Sync) -> Self {
+        let [nx, ny, nz] = self.dims;
+        self.classes.par_iter_mut().enumerate().filter(|(_, class)| **class > 0).for_each(|(at, class)| {
+            let (x, y, z) = (at % nx, at / nx % ny, at / (nx * ny));
+            let near = |n: usize, count: usize| n.saturating_sub(1)..(n + 2).min(count);
+            let (mut low, mut high) = (f32::INFINITY, f32::NEG_INFINITY);
+            for k in near(z, nz) {
+                for j in near(y, ny) {
+                    for i in near(x, nx) {
+                        let (l, h) = bricks.ranges[(k * ny + j) * nx + i];
+                        (low, high) = (low.min(l), high.max(h));
+                    }
+                }
+            }
+            let (l, h) = bricks.ranges[at];
+            if hidden(f64::from(l), f64::from(h), f64::from(high) - f64::from(low)) {
+                *class = 0;
+            }
+        });
+        self.shown = self.classes.par_iter().filter(|&&c| c > 0).count();
+        self
+    }
+
     /// Share of bricks in which anything shows.
     pub(crate) fn share(&self) -> f64 {
         self.shown as f64 / self.classes.len() as f64

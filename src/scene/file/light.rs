@@ -68,15 +68,22 @@ fn direction_schema(_: &mut SchemaGenerator) -> Schema {
 }
 
 /// The light of `direction`, `position` and `color` of the section `at`.
-fn light(cx: &Context<'_>, at: &str, direction: Option<&DirectionKey>, position: Option<[f64; 3]>, color: Option<[f64; 3]>) -> Result<Light> {
+fn light(
+    cx: &Context<'_>,
+    at: &str,
+    direction: Option<&DirectionKey>,
+    position: Option<[f64; 3]>,
+    color: Option<[f64; 3]>,
+) -> Result<Light> {
     let direction = match direction {
         None => None,
         Some(DirectionKey::Towards(d)) => Some(*d),
         Some(DirectionKey::Word(word)) if word == "head" => None,
         // A flag's value is text.
-        Some(DirectionKey::Word(word)) => Some(numbers(word).ok_or_else(|| {
-            cx.error(&format!("{at}.direction"), format!("\"{word}\": expected \"head\" or three numbers x, y, z"))
-        })?),
+        Some(DirectionKey::Word(word)) => Some(
+            numbers(word)
+                .ok_or_else(|| cx.error(&format!("{at}.direction"), format!("\"{word}\": expected \"head\" or three numbers x, y, z")))?,
+        ),
     };
     let source = match (direction, position) {
         (Some(_), Some(_)) => return Err(cx.error(&format!("{at}.position"), format!("{at}.direction is given too; give one of them"))),

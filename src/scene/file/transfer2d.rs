@@ -1,9 +1,9 @@
 //! The section `[transfer2d]`: from a value and the size of its gradient to colour and opacity.
 
 use super::section::{Context, Given};
+use crate::Result;
 use crate::picture::Picture;
 use crate::scene::{Region, Scene, Shape, Transfer2d};
-use crate::Result;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -90,12 +90,12 @@ impl Transfer2dKeys {
             return Ok(scene);
         }
         cx.refuse(&cx.document.transfer.given(), "transfer2d is given too; give one of them")?;
-        let ranges: [Given; 2] =
-            [("transfer2d.range", self.range.is_some()), ("transfer2d.gradient_range", self.gradient_range.is_some())];
+        let ranges: [Given; 2] = [("transfer2d.range", self.range.is_some()), ("transfer2d.gradient_range", self.gradient_range.is_some())];
         let transfer = match (&self.regions, &self.table) {
             (Some(regions), None) => {
                 cx.refuse(&ranges, "is for transfer2d.table, which is not given")?;
-                Transfer2d::regions(regions.iter().map(RegionKeys::region).collect()).map_err(|e| cx.error("transfer2d.regions", e.to_string()))?
+                Transfer2d::regions(regions.iter().map(RegionKeys::region).collect())
+                    .map_err(|e| cx.error("transfer2d.regions", e.to_string()))?
             }
             (None, Some(path)) => {
                 let (Some(range), Some(gradient_range)) = (self.range, self.gradient_range) else {

@@ -140,14 +140,15 @@ impl TransferFile {
 }
 
 impl Preset {
-    /// The preset and its light, for `volume` where it needs one: those at fixed Hounsfield units do without, and are then not lit.
+    /// The preset and its light, for `volume` where it needs one: those at fixed Hounsfield units do without.
     ///
     /// # Errors
     /// [`Error::Invalid`] where it needs a volume and none is given, and when the volume's range leaves f64's.
     pub fn found(self, volume: Option<&Volume>) -> Result<FoundTransfer> {
         let Some(volume) = volume else {
             let needed = || Error::invalid(format!("{}: is laid over a volume's values, and there is no volume", self.name()));
-            return Ok(FoundTransfer { transfer: self.at_fixed_values().ok_or_else(needed)?, lighting: None, warnings: Vec::new() });
+            let (transfer, lighting) = (self.at_fixed_values().ok_or_else(needed)?, self.lighting_at_fixed_values());
+            return Ok(FoundTransfer { transfer, lighting, warnings: Vec::new() });
         };
         let warnings = self.suits(volume).err().into_iter().collect();
         Ok(FoundTransfer { transfer: self.transfer(volume)?, lighting: self.lighting(volume), warnings })

@@ -15,6 +15,11 @@ use crate::volume::{Modality, Space, Statistics};
 use crate::{Result, Volume};
 use points::{Points, Scale};
 
+/// Gradient that noise makes in CT, Hounsfield units per millimetre.
+const NOISE_OF_CT: f64 = 40.0;
+/// Gradient that noise makes in other data, as a share of the landmarks' range per voxel.
+const NOISE: f64 = 0.04;
+
 /// A ready-made transfer function.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
@@ -217,10 +222,35 @@ impl Preset {
         }
     }
 
-    /// The light that it comes in, for `volume`; `None` where it is meant to be seen without.
+    /// The light that it comes in, for `volume`: a head light, and a gradient below which surfaces count as noise. `None` where it is meant
+    /// to be seen without.
     pub fn lighting(self, volume: &Volume) -> Option<Lighting> {
-        let _ = volume;
-        None
+        self.lighting_at_fixed_values().or_else(|| {
+            let marks = Landmarks::of(volume.statistics());
+            let (range, spacing) = (marks.high - marks.background, volume.grid().smallest_spacing());
+            self.lit(Some(NOISE * range / spacing).filter(|g| g.is_finite()).unwrap_or(0.0))
+        })
+    }
+
+    /// The light of a preset that stands at fixed Hounsfield units, for which no volume is needed; `None` of the others too.
+    pub fn lighting_at_fixed_values(self) -> Option<Lighting> {
+        if self.is_ct() { self.lit(NOISE_OF_CT) } else { None }
+    }
+
+    /// Its light, with a gradient below which surfaces count as noise. Projections show values, and radiographs paths: both go without.
+    fn lit(self, gradient_floor: f64) -> Option<Lighting> {
+        if matches!(self, Self::XRay | Self::CtMip | Self::MrMip) {
+            return None;
+        }
+        let (specular, shininess) = match self {
+            Self::CtBone | Self::CtSkinBone => (0.25, 24.0),
+            Self::CtAngio | Self::MrAngio => (0.35, 30.0),
+            _ => (0.15, 16.0),
+        };
+        let mut lighting = Lighting::default();
+        (lighting.ambient, lighting.specular, lighting.shininess) = (0.3, specular, shininess);
+        lighting.gradient_floor = gradient_floor;
+        Some(lighting)
     }
 
     /// Whether the preset makes sense for `volume`.
