@@ -46,6 +46,7 @@
 //! | say what to picture | [`Scene`], [`scene::Camera`], [`scene::TransferFunction`], [`scene::Preset`], [`scene::Fog`], [`scene::ClipPlane`], [`scene::Blend`] |
 //! | draw as OpenGL 1.x does, bit depth by bit depth | [`scene::OpenGl`], [`Scene::with_opengl`] |
 //! | read a scene file | [`scene::SceneFile`] |
+//! | read or write the transfer functions of 3D Slicer and ParaView, or a table | [`transfer_io`] |
 //! | make one picture, or many of one volume | [`render`], [`Renderer`] |
 //! | render into your own memory, show a coarse picture first, stop | [`Renderer::render_into`], [`Renderer::render_progressive`], [`Stopper`] |
 //! | render a large volume in parts | [`Renderer::render_part`], [`proxy::Domain`], [`Layer`] |
@@ -104,6 +105,8 @@ mod skip;
 #[cfg(feature = "study")]
 pub mod study;
 mod tally;
+#[cfg(feature = "scene-file")]
+pub mod transfer_io;
 pub mod volume;
 
 pub use error::{Error, Result};

@@ -42,6 +42,11 @@ impl SceneFlags {
 }
 
 impl VolumeFlags {
+    /// Whether one was given.
+    pub(super) fn any(&self) -> bool {
+        !self.0.0.is_empty()
+    }
+
     pub(super) fn apply(&self, overrides: &mut Overrides) -> Result<(), Usage> {
         self.0.apply(overrides)
     }

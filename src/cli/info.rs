@@ -1,15 +1,18 @@
 //! `slicestack info`: what a volume file is.
 
+use super::Usage;
 use super::flags::VolumeFlags;
-use super::output::print;
+use super::output::{Sink, is_picture, print};
+use super::progress::{Bar, Phase, catch_signals, enter, rendered};
 use super::scene::{ReadingArgs, scene_of};
-use anyhow::Result;
+use anyhow::{Result, bail};
 use serde_json::{Value, json};
 use slicestack::Volume;
 use slicestack::scene::{Overrides, Preset};
-use slicestack::volume::Space;
+use slicestack::study::{Units, joint_histogram_png};
 use slicestack::volume::io::Format;
-use std::path::PathBuf;
+use slicestack::volume::{JointHistogram, Modality, Space};
+use std::path::{Path, PathBuf};
 
 /// What `info` takes.
 #[derive(Debug, clap::Args)]
@@ -21,6 +24,9 @@ pub(super) struct InfoArgs {
     /// Print JSON.
     #[arg(long)]
     json: bool,
+    /// Write how often values occur together with sizes of the gradient, 256 x 256 bins: a picture (.png) or a table (.csv).
+    #[arg(long, value_name = "FILE")]
+    histogram2d: Option<PathBuf>,
     #[command(flatten)]
     reading: ReadingArgs,
     #[command(flatten)]
@@ -30,6 +36,7 @@ pub(super) struct InfoArgs {
 const EXAMPLES: &str = "\
 Examples:
   slicestack info head.nrrd
+  slicestack info head.nrrd --histogram2d boundaries.png
   slicestack info ct.raw --volume.dimensions 256,256,113 --volume.type i16 --volume.spacing 1,1,2";
 
 /// What stands below the flags: examples, and the formats by their own words.
@@ -46,12 +53,67 @@ fn help() -> String {
 const COLUMNS: usize = 64;
 
 pub(super) fn run(args: &InfoArgs) -> Result<()> {
+    let joint = args.histogram2d.as_deref().map(|path| JointOutput::of(path, &args.file)).transpose()?;
     let mut overrides = Overrides::default();
     let text = scene_of(Some(&args.file), &mut overrides)?;
     args.flags.apply(&mut overrides)?;
-    let volume = text.open(&overrides)?.volume().load(&args.reading.limits())?;
+    let source = text.open(&overrides)?;
+    if let (Some(joint), Some(path)) = (&joint, source.volume().path()) {
+        joint.sink.spare(joint.kind(), joint.like(), &[path])?;
+    }
+    let volume = source.volume().load(&args.reading.limits())?;
+    if let Some(joint) = joint {
+        joint.write(&volume)?;
+    }
     let text = if args.json { serde_json::to_string_pretty(&as_json(&volume))? + "\n" } else { as_text(&volume) };
     print(text.as_bytes())
+}
+
+/// Where the joint histogram goes.
+struct JointOutput {
+    sink: Sink,
+    table: bool,
+}
+
+impl JointOutput {
+    fn of(path: &Path, input: &Path) -> Result<Self> {
+        let is = |extension: &str| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension));
+        if !is("png") && !is("csv") {
+            bail!(Usage(format!("--histogram2d {}: write .png or .csv", path.display())));
+        }
+        let joint = Self { sink: Sink::new(path)?, table: is("csv") };
+        joint.sink.spare(joint.kind(), joint.like(), &[input])?;
+        Ok(joint)
+    }
+
+    fn kind(&self) -> &'static str {
+        if self.table { "table of a joint histogram" } else { "picture" }
+    }
+
+    /// Whether a file that begins with `start` gives way.
+    fn like(&self) -> fn(&[u8]) -> bool {
+        if self.table { |start| start.starts_with(b"value_low,") } else { is_picture }
+    }
+
+    fn write(&self, volume: &Volume) -> Result<()> {
+        catch_signals()?;
+        let bar = Bar::new();
+        enter(Phase::Rendering);
+        let joint = JointHistogram::of(volume, Some(&bar))?;
+        bar.clear();
+        rendered()?;
+        let bytes = if self.table {
+            joint.csv().into_bytes()
+        } else {
+            let units = if volume.modality() == Modality::Ct { Units::Hounsfield } else { Units::Unknown };
+            let name = if volume.name().is_empty() { "volume" } else { volume.name() };
+            joint_histogram_png(&format!("{name}: values and their gradients"), &joint, units)?
+        };
+        enter(Phase::Writing);
+        self.sink.write(&bytes)?;
+        enter(Phase::Idle);
+        Ok(())
+    }
 }
 
 /// Lower and upper corner of the box in the world, by component.
@@ -143,9 +205,9 @@ fn as_text(volume: &Volume) -> String {
     text += "presets\n";
     for (preset, why) in verdicts(volume) {
         text += &match why {
-            None => format!("  + {:16}{}\n", preset.name(), preset.about()),
+            None => format!("  + {:18}{}\n", preset.name(), preset.about()),
             Some(why) => {
-                format!("  - {:16}{}\n", preset.name(), why.strip_prefix(preset.name()).unwrap_or(&why).trim_start_matches([':', ' ']))
+                format!("  - {:18}{}\n", preset.name(), why.strip_prefix(preset.name()).unwrap_or(&why).trim_start_matches([':', ' ']))
             }
         };
     }

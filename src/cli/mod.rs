@@ -14,6 +14,7 @@ mod report;
 mod scene;
 mod schema;
 mod stats;
+mod tf;
 
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
@@ -48,6 +49,8 @@ enum Verb {
     Report(Box<report::ReportArgs>),
     /// Tell what is in a volume file, and which presets suit it.
     Info(info::InfoArgs),
+    /// Draw a transfer function, or turn it into a file of another program.
+    Tf(Box<tf::TfArgs>),
     /// List presets and colour maps.
     Presets,
     /// Print the JSON schema of scene files.
@@ -79,6 +82,7 @@ pub(crate) fn run() -> ExitCode {
         Verb::Explain(args) => explain::run(&args),
         Verb::Report(args) => report::run(&args),
         Verb::Info(args) => info::run(&args),
+        Verb::Tf(args) => tf::run(&args),
         Verb::Presets => presets::run(),
         Verb::Schema => schema::run(),
         Verb::Completions(args) => completions::run(&args),

@@ -12,12 +12,12 @@ pub(super) fn run() -> Result<()> {
     let colored = stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none();
     let mut text = String::from("Presets (--preset NAME; slicestack info FILE tells which suit a file):\n");
     for preset in Preset::ALL {
-        text += &format!("  {:14}  {}\n", preset.name(), preset.about());
+        text += &format!("  {:18}  {}\n", preset.name(), preset.about());
     }
     text += "\nColour maps (--transfer.colormap NAME):\n";
     for map in ColorMap::ALL {
         let strip = if colored { strip(map)? } else { String::new() };
-        text += format!("  {:14}  {strip}", map.name()).trim_end();
+        text += format!("  {:18}  {strip}", map.name()).trim_end();
         text += "\n";
     }
     print(text.as_bytes())

@@ -13,6 +13,8 @@ mod method;
 mod opengl;
 mod phantom_transfer;
 pub mod preset;
+#[cfg(feature = "scene-file")]
+mod property;
 mod stage;
 #[cfg(test)]
 mod tests;
@@ -25,7 +27,7 @@ pub use clip::{ClipPlane, MAX_CLIP_PLANES};
 pub use color::{Premultiplied, Straight};
 pub use colormap::ColorMap;
 #[cfg(feature = "scene-file")]
-pub use file::{Key, KeyKind, Overrides, SceneFile, keys, schema};
+pub use file::{FoundTransfer, Key, KeyKind, Overrides, SceneFile, TransferFile, keys, schema, transfer_sections, write_transfer};
 pub use fog::{Fog, FogDistance, FogMode, FogWeighting};
 pub use lighting::{Gradient, Light, LightSource, Lighting, MAX_LIGHTS, Shading};
 pub use method::{Accumulation, Classification, Ends, Filter, Method, SampleAt, SlabForm, Target};

@@ -15,6 +15,7 @@ mod balance;
 mod clock;
 mod cost;
 mod gradients;
+mod joint_plot;
 mod methods;
 
 mod plot;
@@ -25,10 +26,13 @@ mod report;
 mod observer;
 mod stability;
 mod stages;
+mod transfer_plot;
 
 pub use methods::{METHODS, NamedMethod};
 pub use precision::{Options, Study, study};
 pub use record::{Advice, Balance, Cost, GradientKind, MethodRecord, Point, PreIntegration, Record, Setting, Shared, SlicesFor, StageTime};
 
+pub use joint_plot::joint_histogram_png;
 pub use report::{File, scene_files, stability_files};
 pub use stability::{CountPoint, RiemannPoint, Row, Stability, stability};
+pub use transfer_plot::{Units, transfer_png};

@@ -6,6 +6,7 @@ mod channels;
 mod grid;
 #[cfg(feature = "formats")]
 pub mod io;
+mod joint_histogram;
 pub(crate) mod packed;
 pub mod phantom;
 #[cfg(feature = "formats")]
@@ -17,6 +18,7 @@ pub use crate::lanes::Number;
 pub use buffer::Buffer;
 pub use channels::{Channels, Colors, Segment};
 pub use grid::{BoxConvention, Grid, Space};
+pub use joint_histogram::{JOINT_BINS, JointBin, JointHistogram};
 #[cfg(feature = "formats")]
 pub use source::{Origin, VolumeSource};
 pub use stats::{HISTOGRAM_BINS, Statistics};

@@ -24,9 +24,11 @@ mod table;
 mod tests;
 mod transfer;
 mod transfer2d;
+mod transfer_file;
 mod volume;
 
 pub use schema::{Key, KeyKind, keys, schema};
+pub use transfer_file::{FoundTransfer, TransferFile, transfer_sections, write_transfer};
 
 use crate::scene::{Blend, Method};
 use crate::volume::VolumeSource;
@@ -105,16 +107,8 @@ impl SceneFile {
     /// [`Error::Io`] when it cannot be read, [`Error::Format`] when it is no text or longer than 16 MiB, and as
     /// [`SceneFile::parse`].
     pub fn read(path: impl AsRef<Path>, overrides: &Overrides) -> Result<Self> {
-        use std::io::Read;
         let path = path.as_ref();
-        let mut bytes = Vec::new();
-        let file = std::fs::File::open(path).map_err(|e| Error::io(path, e))?;
-        file.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(|e| Error::io(path, e))?;
-        if bytes.len() as u64 > MAX_BYTES {
-            return Err(Error::format(path, format!("longer than the {MAX_BYTES} bytes a scene file may have")));
-        }
-        let text = String::from_utf8(bytes)
-            .map_err(|e| Error::format(path, format!("not a scene: byte {} is no text", e.utf8_error().valid_up_to())))?;
+        let text = text_of_file(path, MAX_BYTES)?;
         Self::build(&text, Some(path), path.parent().unwrap_or(Path::new("")), overrides)
     }
 
@@ -167,6 +161,18 @@ impl SceneFile {
         }
         Ok((scene, warnings))
     }
+}
+
+/// The text of the scene file at `path`, of `most` bytes at most.
+fn text_of_file(path: &Path, most: u64) -> Result<String> {
+    use std::io::Read;
+    let mut bytes = Vec::new();
+    let file = std::fs::File::open(path).map_err(|e| Error::io(path, e))?;
+    file.take(most + 1).read_to_end(&mut bytes).map_err(|e| Error::io(path, e))?;
+    if bytes.len() as u64 > most {
+        return Err(Error::format(path, format!("longer than the {most} bytes a scene file may have")));
+    }
+    String::from_utf8(bytes).map_err(|e| Error::format(path, format!("not a scene: byte {} is no text", e.utf8_error().valid_up_to())))
 }
 
 impl Document {

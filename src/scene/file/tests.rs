@@ -300,7 +300,7 @@ fn bad_scenes_say_what_is_wrong_and_where() {
         ("[image]\nheight = 40000", "line 4: image height 40000"),
         ("[image]\nbackground = [0, 0, 2, 1]", "line 4: image background 2: outside [0,1]"),
         ("[image]\nbackground = [0, 0, 0]", "line 4: image.background: invalid length 3"),
-        ("[transfer]\npreset = \"ct-bones\"", "line 4: transfer.preset: unknown \"ct-bones\"; the nearest known one is \"ct-bone\""),
+        ("[transfer]\npreset = \"ct-bonee\"", "line 4: transfer.preset: unknown \"ct-bonee\"; the nearest known one is \"ct-bone\""),
         ("[transfer]\npreset = \"x-ray\"\ncolormap = \"hot\"", "line 5: transfer.colormap: transfer.preset is given too"),
         ("[transfer]\ncolormap = \"jet\"", "line 4: transfer.colormap: unknown \"jet\""),
         ("[transfer]\ncolormap = \"hot\"\ncolor = [[0, 0, 0, 0]]", "line 5: transfer.color: transfer.colormap is given too"),

@@ -1,12 +1,15 @@
 //! The section `[transfer]`: from values to colour and opacity.
 
+use super::Place;
 use super::schema::names;
 use super::section::{Context, Data, Given, Rivals, choices};
+use super::transfer_file::{FoundTransfer, TransferFile};
 use crate::scene::preset::{Landmarks, Preset, looks_hounsfield_plus_1024};
 use crate::scene::{Classification, ColorMap, Lighting, Method, TransferFunction};
-use crate::{Result, Volume};
+use crate::{Error, Result, Volume};
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::Deserialize;
+use std::path::Path;
 
 #[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -14,6 +17,12 @@ pub(super) struct TransferKeys {
     /// Ready-made transfer function; the best guess for the data where the scene has no transfer keys at all.
     #[schemars(schema_with = "preset_names")]
     pub preset: Option<String>,
+    /// File of a transfer function, relative to the scene file: .vp or presets.xml of 3D Slicer, .json of ParaView, .csv, or a scene file, of
+    /// which [transfer] and [light] count. Its opacities are per 1 world unit (VTK's default) unless it says otherwise; its light comes with
+    /// it, and keys of [light] change that.
+    pub file: Option<String>,
+    /// Which transfer function of a transfer.file that holds several.
+    pub name: Option<String>,
     /// Colour map laid over range.
     #[schemars(schema_with = "colormap_names")]
     pub colormap: Option<String>,
@@ -45,9 +54,34 @@ fn colormap_names(_: &mut SchemaGenerator) -> Schema {
 }
 
 pub(super) const RIVALS: &[Rivals] = &[
-    (&["transfer.preset"], &["transfer.colormap", "transfer.range", "transfer.color", "transfer.opacity", "transfer.opacity_unit"]),
-    (&["transfer.colormap"], &["transfer.preset", "transfer.color"]),
-    (&["transfer.color", "transfer.opacity"], &["transfer.preset"]),
+    (
+        &["transfer.preset"],
+        &[
+            "transfer.file",
+            "transfer.name",
+            "transfer.colormap",
+            "transfer.range",
+            "transfer.color",
+            "transfer.opacity",
+            "transfer.gradient_opacity",
+            "transfer.opacity_unit",
+        ],
+    ),
+    (
+        &["transfer.file"],
+        &[
+            "transfer.preset",
+            "transfer.name",
+            "transfer.colormap",
+            "transfer.range",
+            "transfer.color",
+            "transfer.opacity",
+            "transfer.gradient_opacity",
+            "transfer.opacity_unit",
+        ],
+    ),
+    (&["transfer.colormap"], &["transfer.preset", "transfer.file", "transfer.name", "transfer.color"]),
+    (&["transfer.color", "transfer.opacity"], &["transfer.preset", "transfer.file", "transfer.name"]),
 ];
 
 impl TransferKeys {
@@ -55,15 +89,28 @@ impl TransferKeys {
     pub(super) fn before_data(&self, cx: &Context<'_>) -> Result<TransferFunction> {
         let preset = self.preset(cx)?;
         self.colormap(cx)?;
-        if preset.is_some() {
+        if preset.is_some() || self.file.is_some() {
             let lists = [
+                ("transfer.preset", preset.is_some() && self.file.is_some()),
                 ("transfer.colormap", self.colormap.is_some()),
                 ("transfer.range", self.range.is_some()),
                 ("transfer.color", self.color.is_some()),
                 ("transfer.opacity", self.opacity.is_some()),
             ];
-            cx.refuse(&lists, "transfer.preset is given too; give one of them")?;
+            let given = if self.file.is_some() { "transfer.file" } else { "transfer.preset" };
+            cx.refuse(&lists, &format!("{given} is given too; give one of them"))?;
         }
+        let Some(file) = self.file(cx)? else {
+            cx.refuse(&[("transfer.name", self.name.is_some())], "is for transfer.file, which is not given")?;
+            return self.of_keys(cx);
+        };
+        // What needs no volume is known now; else anything will do until there is one.
+        let transfer = if file.needs_volume()? { Self::default().of_keys(cx)? } else { file.transfer(None)?.transfer };
+        self.with_rest(transfer).map_err(|e| cx.places.locate(e))
+    }
+
+    /// The transfer function of the keys themselves, as far as it can be made without the volume.
+    fn of_keys(&self, cx: &Context<'_>) -> Result<TransferFunction> {
         if self.colormap.is_some() {
             cx.refuse(&[("transfer.color", self.color.is_some())], "transfer.colormap is given too; give one of them")?;
         } else {
@@ -79,10 +126,42 @@ impl TransferKeys {
 
     /// The scene through the transfer function for its volume; and the light of that, where it comes lit.
     pub(super) fn finish(&self, cx: &Context<'_>, data: &mut Data<'_>) -> Result<Option<Lighting>> {
-        let made = self.function(cx, data.volume, &mut data.warnings).and_then(|(t, light)| Ok((self.with_rest(t)?, light)));
-        let (transfer, light) = made.map_err(|e| cx.places.locate(e))?;
+        let FoundTransfer { transfer, lighting, warnings } = self.found(cx, Some(data.volume))?;
+        data.warnings.extend(warnings);
         data.scene = data.scene.clone().with_transfer(transfer);
-        Ok(light)
+        Ok(lighting)
+    }
+
+    /// The transfer function and its light, for `volume` where they need one.
+    pub(super) fn found(&self, cx: &Context<'_>, volume: Option<&Volume>) -> Result<FoundTransfer> {
+        let mut warnings = Vec::new();
+        let made = self.function(cx, volume, &mut warnings).and_then(|(t, light)| Ok((self.with_rest(t)?, light)));
+        let (transfer, lighting) = made.map_err(|e| cx.places.locate(e))?;
+        Ok(FoundTransfer { transfer, lighting, warnings })
+    }
+
+    /// Whether the transfer function is laid over a volume's values.
+    pub(super) fn needs_volume(&self, cx: &Context<'_>) -> Result<bool> {
+        if let Some(file) = self.file(cx)? {
+            return file.needs_volume();
+        }
+        if let Some(preset) = self.preset(cx)? {
+            return Ok(!preset.is_ct());
+        }
+        let colors = self.color.is_some() || (self.colormap.is_some() && self.range.is_some());
+        Ok(!colors || self.opacity.is_none())
+    }
+
+    /// The file that is given.
+    fn file(&self, cx: &Context<'_>) -> Result<Option<TransferFile>> {
+        let Some(path) = &self.file else { return Ok(None) };
+        if path.is_empty() {
+            return Err(cx.error("transfer.file", "is empty"));
+        }
+        // A path given as a flag means what it means to the shell.
+        let typed = cx.places.of("transfer.file") == Some(Place::Flag);
+        let full = if typed { Path::new(path).to_path_buf() } else { cx.base.join(path) };
+        TransferFile::open_at(&full, self.name.as_deref(), false).map(Some)
     }
 
     /// The part of the method that stands in this section.
@@ -103,9 +182,11 @@ impl TransferKeys {
     }
 
     /// The keys that say what values look like.
-    pub(super) fn given(&self) -> [Given; 7] {
+    pub(super) fn given(&self) -> [Given; 9] {
         [
             ("transfer.preset", self.preset.is_some()),
+            ("transfer.file", self.file.is_some()),
+            ("transfer.name", self.name.is_some()),
             ("transfer.colormap", self.colormap.is_some()),
             ("transfer.range", self.range.is_some()),
             ("transfer.color", self.color.is_some()),
@@ -131,27 +212,41 @@ impl TransferKeys {
         self.opacity.as_ref().map(|list| list.iter().map(|&[v, a]| (v, a)).collect())
     }
 
-    /// The transfer function for `volume`, in its own unit of opacities.
-    fn function(&self, cx: &Context<'_>, volume: &Volume, warnings: &mut Vec<String>) -> Result<(TransferFunction, Option<Lighting>)> {
+    /// The transfer function for `volume`, in its own unit of opacities, and the light that it comes in.
+    fn function(
+        &self,
+        cx: &Context<'_>,
+        volume: Option<&Volume>,
+        warnings: &mut Vec<String>,
+    ) -> Result<(TransferFunction, Option<Lighting>)> {
+        if let Some(file) = self.file(cx)? {
+            let found = file.transfer(volume)?;
+            warnings.extend(found.warnings);
+            return Ok((found.transfer, found.lighting));
+        }
+        let needed = || volume.ok_or_else(|| Error::invalid("transfer: is laid over a volume's values, and there is no volume"));
         let (colors, opacities) = (self.colors(), self.opacities());
         if self.colormap.is_none() && colors.is_none() && opacities.is_none() {
-            return self.ready_made(cx, volume, warnings);
+            return self.ready_made(cx, volume, needed, warnings);
         }
         // Whatever the scene leaves out of color and opacity comes from a ramp over the object's values.
         let colors = match colors {
             Some(colors) => colors,
             None => {
-                let [lo, hi] = self.range.unwrap_or_else(|| {
-                    let marks = Landmarks::of(volume.statistics());
-                    [marks.at(-0.8), marks.at(1.0)]
-                });
+                let [lo, hi] = match self.range {
+                    Some(range) => range,
+                    None => {
+                        let marks = Landmarks::of(needed()?.statistics());
+                        [marks.at(-0.8), marks.at(1.0)]
+                    }
+                };
                 self.colormap(cx)?.unwrap_or(ColorMap::Gray).spread(lo, hi)
             }
         };
         let transfer = match opacities {
             Some(opacities) => TransferFunction::new(colors, opacities)?,
             None => {
-                let ramp = Preset::GreyRamp.transfer(volume)?;
+                let ramp = Preset::GreyRamp.transfer(needed()?)?;
                 let transfer = TransferFunction::new(colors, ramp.opacity().to_vec())?;
                 match ramp.unit() {
                     Some(length) => transfer.with_unit(length)?,
@@ -163,15 +258,23 @@ impl TransferKeys {
     }
 
     /// The preset that is given, or else the transfer function that suits the volume best; and its light.
-    fn ready_made(&self, cx: &Context<'_>, volume: &Volume, warnings: &mut Vec<String>) -> Result<(TransferFunction, Option<Lighting>)> {
+    fn ready_made<'v>(
+        &self,
+        cx: &Context<'_>,
+        volume: Option<&'v Volume>,
+        needed: impl Fn() -> Result<&'v Volume>,
+        warnings: &mut Vec<String>,
+    ) -> Result<(TransferFunction, Option<Lighting>)> {
         if let Some(preset) = self.preset(cx)? {
-            warnings.extend(preset.suits(volume).err());
-            return Ok((preset.transfer(volume)?, preset.lighting(volume)));
+            let found = preset.found(volume)?;
+            warnings.extend(found.warnings);
+            return Ok((found.transfer, found.lighting));
         }
         // Every built-in volume has a transfer function of its own, which fits its own values alone.
         if let Some((phantom, size)) = cx.document.volume.unscaled_phantom() {
             return Ok((phantom.default_transfer(size), None));
         }
+        let volume = needed()?;
         if looks_hounsfield_plus_1024(volume.statistics()) {
             warnings.push("the values look like HU + 1024: set volume.intercept = -1024 to use the ct presets".into());
         }

@@ -99,7 +99,7 @@ fn sign(curve: &Curve, at: [f64; 2]) -> Option<Shape> {
     Some(marker(curve.look, at, 4.0))
 }
 
-pub(super) fn text(at: [f64; 2], text: &str, ink: Ink, anchor: Anchor, bold: bool) -> Shape {
+pub(in crate::study) fn text(at: [f64; 2], text: &str, ink: Ink, anchor: Anchor, bold: bool) -> Shape {
     Shape::Text { at, text: text.to_owned(), ink, anchor, bold, up: false }
 }
 

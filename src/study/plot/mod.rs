@@ -9,12 +9,14 @@
 mod axis;
 mod bars;
 mod chart;
+mod panel;
 mod png;
 mod svg;
 
 pub(super) use axis::{Axis, Ticks, seconds, short};
 pub(super) use bars::{Bar, Bars};
-pub(super) use chart::{Chart, Curve, Layout};
+pub(super) use chart::{Chart, Curve, Layout, text};
+pub(super) use panel::{Panel, ticks};
 pub(super) use svg::escape;
 
 /// What a shape is drawn in. A page may give each another colour in the dark.
@@ -26,6 +28,8 @@ pub(super) enum Ink {
     Paper,
     /// One of the curves' colours, counted round.
     Curve(usize),
+    /// A colour that means itself, on any page.
+    Exact([u8; 3]),
 }
 
 /// Colours of curves on white: dark enough for it, told apart by people with common colour blindness (after Okabe and Ito).
@@ -40,6 +44,15 @@ impl Ink {
             Self::Grid => [222, 226, 230],
             Self::Paper => [255, 255, 255],
             Self::Curve(i) => CURVES[i % CURVES.len()],
+            Self::Exact(rgb) => rgb,
+        }
+    }
+
+    /// The colour as a page's style says it.
+    fn style(self) -> String {
+        match self {
+            Self::Exact([r, g, b]) => format!("#{r:02x}{g:02x}{b:02x}"),
+            ink => format!("var(--{})", ink.class()),
         }
     }
 
@@ -51,6 +64,7 @@ impl Ink {
             Self::Grid => "k-grid".into(),
             Self::Paper => "k-paper".into(),
             Self::Curve(i) => format!("k-{}", i % CURVES.len()),
+            Self::Exact(_) => String::new(),
         }
     }
 }

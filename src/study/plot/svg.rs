@@ -27,13 +27,13 @@ impl Drawing {
         // A class speaks to a page's own style; without one, the colour itself stands there.
         let paint = |property: &str, ink: Ink| match (alone, ink.rgb()) {
             (true, [r, g, b]) => format!("{property}=\"#{r:02x}{g:02x}{b:02x}\""),
-            (false, _) => format!("style=\"{property}:var(--{})\"", ink.class()),
+            (false, _) => format!("style=\"{property}:{}\"", ink.style()),
         };
         let both = |fill: Ink, edge: Ink| match (alone, fill.rgb(), edge.rgb()) {
             (true, [r, g, b], [s, t, u]) => {
                 format!("fill=\"#{r:02x}{g:02x}{b:02x}\" stroke=\"#{s:02x}{t:02x}{u:02x}\" stroke-width=\"1.3\"")
             }
-            (false, ..) => format!("style=\"fill:var(--{});stroke:var(--{});stroke-width:1.3\"", fill.class(), edge.class()),
+            (false, ..) => format!("style=\"fill:{};stroke:{};stroke-width:1.3\"", fill.style(), edge.style()),
         };
         for shape in &self.shapes {
             // Writing to a String cannot fail.
