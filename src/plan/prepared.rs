@@ -10,13 +10,17 @@ use crate::skip::{BrickClasses, MERGED, Runs, SkipTable};
 use crate::volume::Volume;
 use crate::volume::bricks::Bricks;
 use crate::volume::packed::Packed;
+use crate::volume::spline::Coefficients;
+use crate::{Error, Result};
 use std::sync::Arc;
 
-/// What depends on the volume alone.
+/// What depends on the volume alone, and on what is looked up in it: voxels, or a spline over them.
 #[derive(Debug)]
 pub(crate) struct VolumeData {
     /// Least and greatest value of each brick.
     pub(crate) bricks: Arc<Bricks>,
+    /// The spline's coefficients, where that is looked up.
+    pub(crate) coefficients: Option<Coefficients>,
     /// 8- and 16-bit voxels packed with their neighbours, where there is room.
     pub(crate) packed: Option<Packed>,
     /// How stored values become numbers.
@@ -34,7 +38,26 @@ impl VolumeData {
         let scaling = Scaling::new(volume, &bricks);
         // Lookups that convert do not read packed voxels.
         let packed = if scaling.to_f32.is_none() { Packed::new(volume.voxels(), volume.grid().dims()) } else { None };
-        Self { bricks, packed, scaling }
+        Self { bricks, coefficients: None, packed, scaling }
+    }
+
+    /// All of it for the spline over `volume`, with or without `prefilter`.
+    ///
+    /// # Errors
+    /// [`Error::Limit`] when the coefficients take more than `limit` bytes, [`Error::Invalid`] when this machine does not give that many.
+    pub(crate) fn of_spline(volume: &Volume, prefilter: bool, limit: u64) -> Result<Self> {
+        let dims = volume.grid().dims();
+        let bytes = Coefficients::bytes(dims);
+        if bytes > u128::from(limit) {
+            let what = "render filter cubic: bytes of coefficients".into();
+            return Err(Error::Limit { what, needed: bytes, limit: u128::from(limit) });
+        }
+        let (scaling, map) = Scaling::of_spline(volume, volume.bricks());
+        let coefficients = Coefficients::new(volume.voxels(), dims, map, prefilter).ok_or_else(|| {
+            Error::invalid(format!("render filter cubic: {bytes} bytes of coefficients, this machine does not give that much memory"))
+        })?;
+        let bricks = Arc::new(coefficients.bricks(dims, map, volume.bricks().non_finite));
+        Ok(Self { bricks, coefficients: Some(coefficients), packed: None, scaling })
     }
 }
 

@@ -234,6 +234,7 @@ fn frame<'v>(voxels: &'v Voxels, n: &mut Numbers) -> Frame<'v> {
         sample: SampleFrame {
             voxels: voxels.slices(),
             packed: None,
+            coefficients: None,
             strides: [1, DIMS[0], DIMS[0] * DIMS[1]],
             far: false,
             to_f32: None,
