@@ -40,13 +40,12 @@ impl Scaling {
         Self::of(volume, to_f32)
     }
 
-    /// The conversion to the numbers that the coefficients of a spline over `volume` are: the same, but from the least value on, so that their
-    /// rounding is a share of the range.
+    /// The conversion to the numbers that the coefficients of a spline over `volume` are: the same, but 0 for the least value, so that
+    /// their rounding is a share of the range.
     pub(crate) fn of_spline(volume: &Volume, bricks: &Bricks) -> (Self, ToF32) {
         let map = Self::new(volume, bricks).to_f32.unwrap_or(ToF32 { gain: 1.0, bias: 0.0 });
         let (min, max) = bricks.range;
-        let whole = map.bias == 0.0 && map.gain.abs() == 1.0 && min <= max;
-        let map = if whole { ToF32 { gain: map.gain, bias: map.gain * min } } else { map };
+        let map = if map.bias == 0.0 && min <= max { ToF32 { gain: map.gain, bias: map.gain * min } } else { map };
         (Self::of(volume, Some(map)), map)
     }
 

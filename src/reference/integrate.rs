@@ -1,12 +1,14 @@
 //! The emission-absorption integral along the ray of one pixel.
 
-use super::field::{Corners, corners, cubic};
+use super::field::{Along, Corners, corners, cubic, solve};
 use super::panel::{DARK, Distance, Gathered, Haze, Piece, PieceFog, Quadrature};
 use super::segments::Segments;
+use super::spline::Spline;
 use crate::scene::{Blend, Fog, FogDistance, FogMode, FogWeighting, OptionalStage, Premultiplied, Scene, Straight, TransferFunction, View};
 use crate::volume::Volume;
 use crate::{Error, Result};
 use glam::DVec3;
+use std::sync::Arc;
 
 /// Error that quadrature is steered to, in colour: well under the bound promised by [`RayResult::error_bound`].
 const TOLERANCE: f64 = 1e-11;
@@ -43,6 +45,8 @@ impl RayResult {
 #[derive(Debug, Clone)]
 pub struct Integrator<'a> {
     volume: &'a Volume,
+    /// The spline over the voxels, where the scene looks that up.
+    spline: Option<Arc<Spline>>,
     view: View,
     segments: Segments,
     /// Half-spaces normal . p >= offset, the scene's clip planes.
@@ -83,6 +87,7 @@ impl<'a> Integrator<'a> {
         let (width, height) = scene.size();
         Ok(Self {
             volume,
+            spline: Spline::of(scene, volume)?.map(Arc::new),
             view: scene.camera().resolve(volume.grid(), width, height)?,
             segments: Segments::new(&transfer),
             planes: scene.clip_planes().iter().map(|p| (p.normal(), p.offset())).collect(),
@@ -170,10 +175,17 @@ impl<'a> Integrator<'a> {
             }
             let middle = at + step * (0.5 * (near + far));
             let low: [i64; 3] = std::array::from_fn(|axis| (middle[axis].floor() as i64).clamp(-1, grid.dims()[axis] as i64 - 1));
-            let cell = corners(self.volume, low);
             let place = at + step * near - DVec3::new(low[0] as f64, low[1] as f64, low[2] as f64);
             let walk = Walk { near, far, share: (far - near) / (exit - entry), length: (far - near) * stretch / self.opacity_unit };
-            self.cell(&cell, place, step * (far - near), &walk, distance, gathered);
+            let way = step * (far - near);
+            match &self.spline {
+                None => self.cell(&corners(self.volume, low), place, way, &walk, distance, gathered),
+                Some(spline) => {
+                    if let Some((field, least, most)) = spline.along(low, place.to_array(), way.to_array(), None) {
+                        self.piece(&field, (least, most), &walk, distance, gathered);
+                    }
+                }
+            }
             near = far;
         }
     }
@@ -186,12 +198,19 @@ impl<'a> Integrator<'a> {
             most = most.max(v);
             finite &= v.is_finite();
         }
-        let (first, last) = (self.segments.position(least), self.segments.position(most));
-        if !finite || self.segments.transparent(first, last) {
+        if !finite {
             return;
         }
         let field = cubic(cell, place.to_array(), step.to_array());
-        if !field.0.iter().all(|c| c.is_finite()) {
+        if field.0.iter().all(|c| c.is_finite()) {
+            self.piece(&field, (least, most), walk, distance, gathered);
+        }
+    }
+
+    /// Adds one piece of ray with this field along it, whose values lie between `least` and `most`.
+    fn piece(&self, field: &dyn Along, (least, most): (f64, f64), walk: &Walk, distance: Distance, gathered: &mut Gathered) {
+        let (first, last) = (self.segments.position(least), self.segments.position(most));
+        if self.segments.transparent(first, last) {
             return;
         }
         let mut add = |position: usize, a: f64, b: f64| {
@@ -205,7 +224,7 @@ impl<'a> Integrator<'a> {
                 depth: walk.near,
                 depth_step: walk.far - walk.near,
             });
-            let piece = Piece { field: &field, segment: self.segments.segment(position), length: walk.length, fog };
+            let piece = Piece { field, segment: self.segments.segment(position), length: walk.length, fog };
             self.quadrature.gather(&piece, a, b, TOLERANCE * walk.share, gathered);
         };
         if first == last && self.segments.segment(first).most < 1.0 {
@@ -213,7 +232,7 @@ impl<'a> Integrator<'a> {
             return;
         }
         let mut start = 0.0;
-        for end in field.turns().chain([1.0]) {
+        for end in field.turns().iter().chain([1.0]) {
             let (v0, v1) = (field.at(start), field.at(end));
             let knots = self.segments.knots_between(v0.min(v1), v0.max(v1));
             let mut a = start;
@@ -221,7 +240,7 @@ impl<'a> Integrator<'a> {
                 // In the order in which the ray meets them.
                 let b = match knots.len() - i {
                     0 => end,
-                    left => field.solve(knots[if v0 < v1 { i } else { left - 1 }], a, end),
+                    left => solve(|s| field.at(s), |s| field.slope(s), knots[if v0 < v1 { i } else { left - 1 }], a, end),
                 };
                 add(self.segments.position(field.at(0.5 * (a + b))), a, b);
                 a = b;

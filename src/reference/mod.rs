@@ -6,7 +6,7 @@
 //!                        knots of the transfer function, fog's start and end
 //! ```
 //!
-//! Between two cuts the interpolated value is a cubic polynomial and the transfer function a straight line, so the
+//! Between two cuts the interpolated value is a polynomial (cubic where it is trilinear) and the transfer function a straight line, so the
 //! emission-absorption integral is smooth there and is computed to a bound. Nothing in this room uses the slicing pipeline:
 //! only scenes and volumes.
 
@@ -17,6 +17,7 @@ mod integrate;
 pub mod metrics;
 mod panel;
 mod segments;
+mod spline;
 
 pub use image::{ReferenceImage, Region, image};
 pub use integrate::{Integrator, RayResult};

@@ -1,9 +1,9 @@
 //! What is kept between frames: a change rebuilds only what it touches, and a new camera costs a plan and a frame.
 
 use super::job::Clock;
+use crate::Result;
 use crate::opengl::{Texture, TextureKey};
 use crate::plan::{MergedData, Prepared, TransferData, TransferKey, VolumeData};
-use crate::Result;
 use crate::proxy::Domain;
 use crate::scene::Filter;
 use crate::skip::{Runs, SkipTable};

@@ -3,10 +3,10 @@
 use super::*;
 
 /// Where a batch's fragments lie, as whole numbers of voxels along each axis.
-type Cells = [[usize; 3]; BATCH];
+pub(super) type Cells = [[usize; 3]; BATCH];
 
 /// Sets offsets of random cells in a grid of `dims` whose voxels stand `strides` apart, and random weights. Returns the cells.
-fn place(n: &mut Numbers, b: &mut Batch, dims: [usize; 3], strides: [usize; 3]) -> Cells {
+pub(super) fn place(n: &mut Numbers, b: &mut Batch, dims: [usize; 3], strides: [usize; 3]) -> Cells {
     let count = dims.map(|d| d.max(2) - 1);
     let base = count.map(|c| n.bits() as usize % c);
     let index = |cell: [usize; 3]| (0..3).map(|a| cell[a] * strides[a]).sum::<usize>();

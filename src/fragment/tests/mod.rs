@@ -10,6 +10,7 @@
 
 mod blend;
 mod classify;
+mod cubic;
 mod fetch;
 mod levels;
 mod pair;
@@ -49,6 +50,7 @@ fn twins(id: StageId) -> &'static [fn()] {
             fetch::single_voxels,
             fetch::nearest_voxels,
             fetch::corners,
+            cubic::values,
         ],
         StageId::Guard => &[fetch::guard],
         StageId::Keep => &[fetch::keep],

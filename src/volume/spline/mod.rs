@@ -154,7 +154,6 @@ fn build<T: Voxel>(voxels: &[T], dims: [usize; 3], map: ToF32, prefilter: bool) 
     let strides = [1, if ny > 1 { row } else { 0 }, if nz > 1 { layer } else { 0 }];
     let mut all = Coefficients { values, strides, dims: Coefficients::bordered(dims) };
     let [bx, by, bz] = dims.map(border);
-    let wide = all.dims[0];
     let hole = |v: T| T::FLOAT && !v.is_finite();
     // Along x, and along y in the same layer.
     let layers: Vec<Vec<&mut [f32]>> = all.rows().into_iter().skip(bz).take(nz).collect();
@@ -171,22 +170,19 @@ fn build<T: Voxel>(voxels: &[T], dims: [usize; 3], map: ToF32, prefilter: bool) 
             if prefilter {
                 prefilter::line(&mut line);
             }
-            if nx == 1 {
-                row.fill(line[0] as f32);
-                continue;
-            }
             row[bx..].iter_mut().zip(&line).for_each(|(to, &c)| *to = c as f32);
-            (row[0], row[wide - 1]) = (row[2], row[wide - 3]);
         }
-        prefilter::across(&mut rows, prefilter);
+        if prefilter {
+            prefilter::across(&mut rows[by..by + ny]);
+        }
     });
     // Along z: all layers of a row at a time.
-    if nz > 1 {
+    if prefilter && nz > 1 {
         let mut lines: Vec<Vec<&mut [f32]>> = (0..all.dims[1]).map(|_| Vec::with_capacity(nz + 2)).collect();
         for layer in all.rows() {
             lines.iter_mut().zip(layer).for_each(|(line, row)| line.push(row));
         }
-        lines.into_par_iter().for_each(|mut rows| prefilter::across(&mut rows, prefilter));
+        lines.into_par_iter().for_each(|mut rows| prefilter::across(&mut rows[bz..bz + nz]));
     }
     if T::FLOAT {
         let layers: Vec<Vec<&mut [f32]>> = all.rows().into_iter().skip(bz).take(nz).collect();
@@ -196,7 +192,38 @@ fn build<T: Voxel>(voxels: &[T], dims: [usize; 3], map: ToF32, prefilter: bool) 
             }
         });
     }
+    mirror(&mut all, dims);
     Some(all)
+}
+
+/// Fills the border. Along x an axis of one voxel has it four times.
+fn mirror(all: &mut Coefficients, [nx, ny, nz]: [usize; 3]) {
+    let mut layers = all.rows();
+    layers.par_iter_mut().for_each(|rows| {
+        for row in rows.iter_mut() {
+            let last = row.len() - 1;
+            if nx == 1 {
+                row.fill(row[0]);
+            } else {
+                (row[0], row[last]) = (row[2], row[last - 2]);
+            }
+        }
+        if ny > 1 {
+            mirror_ends(rows, |to, from| to.copy_from_slice(from));
+        }
+    });
+    if nz > 1 {
+        mirror_ends(&mut layers, |to, from| to.iter_mut().zip(from).for_each(|(to, from)| to.copy_from_slice(from)));
+    }
+}
+
+/// Makes the first of `list` a copy of the third, and the last of the last but two.
+fn mirror_ends<T>(list: &mut [T], copy: impl Fn(&mut T, &T)) {
+    let last = list.len() - 1;
+    let (front, rest) = list.split_at_mut(1);
+    copy(&mut front[0], &rest[1]);
+    let (rest, back) = list.split_at_mut(last);
+    copy(&mut back[0], &rest[last - 2]);
 }
 
 #[cfg(test)]

@@ -19,32 +19,20 @@ pub(super) fn line(numbers: &mut [f64]) {
     numbers.iter_mut().zip(columns).for_each(|(to, [c])| *to = c);
 }
 
-/// Turns the columns of `rows`, which have a row of border at both ends, into coefficients (or leaves them as they are, without `prefilter`), and fills
-/// the border. A single row is left as it is.
-pub(super) fn across(rows: &mut [&mut [f32]], prefilter: bool) {
-    let count = rows.len();
-    if count < 4 {
-        return;
-    }
-    if prefilter {
-        let inner = &mut rows[1..count - 1];
-        let width = inner[0].len();
-        let mut columns = vec![[0.0f64; COLUMNS]; inner.len()];
-        for first in (0..width).step_by(COLUMNS) {
-            let end = (first + COLUMNS).min(width);
-            for (column, row) in columns.iter_mut().zip(inner.iter()) {
-                column.iter_mut().zip(&row[first..end]).for_each(|(to, &x)| *to = f64::from(x));
-            }
-            recursion(&mut columns);
-            for (column, row) in columns.iter().zip(inner.iter_mut()) {
-                row[first..end].iter_mut().zip(column).for_each(|(to, &c)| *to = c as f32);
-            }
+/// Turns the columns of `rows`, all equally long, into coefficients. A single row is left as it is.
+pub(super) fn across(rows: &mut [&mut [f32]]) {
+    let width = rows.first().map_or(0, |row| row.len());
+    let mut columns = vec![[0.0f64; COLUMNS]; rows.len()];
+    for first in (0..width).step_by(COLUMNS) {
+        let end = (first + COLUMNS).min(width);
+        for (column, row) in columns.iter_mut().zip(rows.iter()) {
+            column.iter_mut().zip(&row[first..end]).for_each(|(to, &x)| *to = f64::from(x));
+        }
+        recursion(&mut columns);
+        for (column, row) in columns.iter().zip(rows.iter_mut()) {
+            row[first..end].iter_mut().zip(column).for_each(|(to, &c)| *to = c as f32);
         }
     }
-    let (front, rest) = rows.split_at_mut(1);
-    front[0].copy_from_slice(rest[1]);
-    let (rest, back) = rows.split_at_mut(count - 1);
-    back[0].copy_from_slice(rest[count - 3]);
 }
 
 /// The recursive filter along `lines`, `W` lines side by side.
@@ -120,15 +108,14 @@ mod tests {
     #[test]
     fn columns_are_filtered_like_lines() {
         let (n, width) = (9, 37);
-        let mut rows: Vec<Vec<f32>> = (0..n + 2).map(|j| (0..width).map(|i| ((i * 31 + j * 17) % 23) as f32).collect()).collect();
-        let mut lines: Vec<Vec<f64>> = (0..width).map(|i| (0..n).map(|j| f64::from(rows[j + 1][i])).collect()).collect();
+        let mut rows: Vec<Vec<f32>> = (0..n).map(|j| (0..width).map(|i| ((i * 31 + j * 17) % 23) as f32).collect()).collect();
+        let mut lines: Vec<Vec<f64>> = (0..width).map(|i| (0..n).map(|j| f64::from(rows[j][i])).collect()).collect();
         lines.iter_mut().for_each(|l| line(l));
-        across(&mut rows.iter_mut().map(|r| &mut r[..]).collect::<Vec<_>>(), true);
+        across(&mut rows.iter_mut().map(|r| &mut r[..]).collect::<Vec<_>>());
         for i in 0..width {
             for j in 0..n {
-                assert_eq!(rows[j + 1][i], lines[i][j] as f32);
+                assert_eq!(rows[j][i], lines[i][j] as f32);
             }
-            assert_eq!((rows[0][i], rows[n + 1][i]), (rows[2][i], rows[n - 1][i]), "the border mirrors");
         }
     }
 }
