@@ -12,7 +12,7 @@ use slicestack::{Scene, Volume};
 const TOP: f64 = 4096.0;
 
 /// Smooth colours and opacities; `low` is the opacity at and below a tenth.
-fn smooth_transfer(low: f64) -> TransferFunction {
+pub(super) fn smooth_transfer(low: f64) -> TransferFunction {
     let points = || (0..=4096).map(|i| (f64::from(i), f64::from(i) / TOP));
     let color = points().map(|(at, v)| (at, [0.5 + 0.5 * (5.0 * v).sin(), v * v, 0.5 + 0.4 * (4.0 * v).cos()]));
     let bump = |v: f64| ((v - 0.1).max(0.0) * 3.0).sin().powi(2);
@@ -47,7 +47,7 @@ pub(super) fn order(counts: &[u64], errors: &[f64]) -> f64 {
     points.iter().map(|p| (p.0 - x) * (p.1 - y)).sum::<f64>() / points.iter().map(|p| (p.0 - x).powi(2)).sum::<f64>()
 }
 
-fn expect_order_2(what: &str, volume: &Volume, scene: Scene, counts: &[u64]) {
+pub(super) fn expect_order_2(what: &str, volume: &Volume, scene: Scene, counts: &[u64]) {
     let scene = scene.with_terminate(0.0).unwrap().with_size(24, 20).unwrap();
     let errors = errors(volume, &scene, counts);
     let order = order(counts, &errors);
@@ -56,7 +56,7 @@ fn expect_order_2(what: &str, volume: &Volume, scene: Scene, counts: &[u64]) {
 }
 
 /// A smooth field that sinks to 0 before the faces of the box, so that grazing rays meet nothing.
-fn island() -> Volume {
+pub(super) fn island() -> Volume {
     let hill =
         |p: [f64; 3]| p.map(|x| (1.0 - x * x).max(0.0)).iter().product::<f64>() * (1.0 + 0.3 * (3.0 * p[0] + 2.0 * p[1]).sin()) / 1.3;
     spread(oblique([64, 60, 56]), &hill)

@@ -43,8 +43,8 @@ fn direct(spline: &Spline, p: [f64; 3]) -> f64 {
         if last == 0.0 {
             return 1.0;
         }
-        let inner = k > 0.0 && k < last;
-        bump(x - k) + if inner { bump(x + k) + bump(x - (2.0 * last - k)) } else { 0.0 }
+        let before = if k > 0.0 { bump(x + k) } else { 0.0 };
+        bump(x - k) + before + if k < last { bump(x - (2.0 * last - k)) } else { 0.0 }
     };
     let [nx, ny, _] = spline.dims;
     let each = spline.coefficients.iter().enumerate();
