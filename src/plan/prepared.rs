@@ -11,7 +11,6 @@ use crate::volume::Volume;
 use crate::volume::bricks::Bricks;
 use crate::volume::packed::Packed;
 use crate::volume::spline::Coefficients;
-use crate::{Error, Result};
 use std::sync::Arc;
 
 /// What depends on the volume alone, and on what is looked up in it: voxels, or a spline over them.
@@ -41,23 +40,13 @@ impl VolumeData {
         Self { bricks, coefficients: None, packed, scaling }
     }
 
-    /// All of it for the spline over `volume`, with or without `prefilter`.
-    ///
-    /// # Errors
-    /// [`Error::Limit`] when the coefficients take more than `limit` bytes, [`Error::Invalid`] when this machine does not give that many.
-    pub(crate) fn of_spline(volume: &Volume, prefilter: bool, limit: u64) -> Result<Self> {
+    /// All of it for the spline over `volume`, with or without `prefilter`; `None` where this machine does not give the memory for its coefficients.
+    pub(crate) fn of_spline(volume: &Volume, prefilter: bool) -> Option<Self> {
         let dims = volume.grid().dims();
-        let bytes = Coefficients::bytes(dims);
-        if bytes > u128::from(limit) {
-            let what = "render filter cubic: bytes of coefficients".into();
-            return Err(Error::Limit { what, needed: bytes, limit: u128::from(limit) });
-        }
         let (scaling, map) = Scaling::of_spline(volume, volume.bricks());
-        let coefficients = Coefficients::new(volume.voxels(), dims, map, prefilter).ok_or_else(|| {
-            Error::invalid(format!("render filter cubic: {bytes} bytes of coefficients, this machine does not give that much memory"))
-        })?;
+        let coefficients = Coefficients::new(volume.voxels(), dims, map, prefilter)?;
         let bricks = Arc::new(coefficients.bricks(dims, map, volume.bricks().non_finite));
-        Ok(Self { bricks, coefficients: Some(coefficients), packed: None, scaling })
+        Some(Self { bricks, coefficients: Some(coefficients), packed: None, scaling })
     }
 }
 

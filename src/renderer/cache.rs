@@ -1,13 +1,14 @@
 //! What is kept between frames: a change rebuilds only what it touches, and a new camera costs a plan and a frame.
 
 use super::job::Clock;
-use crate::Result;
 use crate::opengl::{Texture, TextureKey};
 use crate::plan::{MergedData, Prepared, TransferData, TransferKey, VolumeData};
 use crate::proxy::Domain;
 use crate::scene::Filter;
 use crate::skip::{Runs, SkipTable};
 use crate::volume::Volume;
+use crate::volume::spline::Coefficients;
+use crate::{Error, Result};
 use std::sync::Arc;
 
 /// Tables for so many thicknesses of slabs are kept: a picture to a tolerance takes several.
@@ -41,7 +42,7 @@ impl Cache {
     /// What depends on `volume` alone and on how lookups `filter` it, and on the whole where it is a part of one.
     ///
     /// # Errors
-    /// As [`VolumeData::of_spline`], of which `limit` is the most bytes.
+    /// [`Error::Limit`] when a spline's coefficients take more than `limit` bytes, [`Error::Invalid`] when this machine does not give that many.
     pub(super) fn volume_data(
         &mut self,
         volume: &Volume,
@@ -65,9 +66,16 @@ impl Cache {
         if let Some((_, data)) = self.spline.as_ref().filter(|kept| kept.0 == prefilter) {
             return Ok(Arc::clone(data));
         }
+        let bytes = Coefficients::bytes(volume.grid().dims());
+        if bytes > u128::from(limit) {
+            let what = "render filter cubic: bytes of coefficients".into();
+            return Err(Error::Limit { what, needed: bytes, limit: u128::from(limit) });
+        }
         // Never two of them at once.
         self.spline = None;
-        let data = clock.prepare(|| VolumeData::of_spline(volume, prefilter, limit).map(Arc::new))?;
+        let data = clock.prepare(|| VolumeData::of_spline(volume, prefilter).map(Arc::new)).ok_or_else(|| {
+            Error::invalid(format!("render filter cubic: {bytes} bytes of coefficients, this machine does not give that much memory"))
+        })?;
         self.spline = Some((prefilter, Arc::clone(&data)));
         Ok(data)
     }

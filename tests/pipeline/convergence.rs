@@ -47,7 +47,7 @@ pub(super) fn order(counts: &[u64], errors: &[f64]) -> f64 {
     points.iter().map(|p| (p.0 - x) * (p.1 - y)).sum::<f64>() / points.iter().map(|p| (p.0 - x).powi(2)).sum::<f64>()
 }
 
-pub(super) fn expect_order_2(what: &str, volume: &Volume, scene: Scene, counts: &[u64]) {
+fn expect_order_2(what: &str, volume: &Volume, scene: Scene, counts: &[u64]) {
     let scene = scene.with_terminate(0.0).unwrap().with_size(24, 20).unwrap();
     let errors = errors(volume, &scene, counts);
     let order = order(counts, &errors);

@@ -1,6 +1,6 @@
 //! The tricubic spline, from file of voxels to picture.
 
-use super::convergence::{errors, expect_order_2, island, order, smooth_transfer};
+use super::convergence::{errors, island, order, smooth_transfer};
 use super::{PARALLEL, WIDE, cameras, difference, fill_as, grids, oblique, orbit, render, smooth, telling};
 use slicestack::reference::{Region, image};
 use slicestack::scene::{Blend, Classification, Filter, Method, Slicing};
@@ -22,7 +22,12 @@ fn errors_fall_with_the_square_of_the_number_of_slices() {
         ("smoothed, perspective", SMOOTHED, orbit(110.0, -35.0, 1.2, WIDE)),
     ] {
         let scene = Scene::new(smooth_transfer(0.0)).with_opacity_unit(4.0).unwrap().with_camera(camera);
-        expect_order_2(what, &volume, cubic(scene, filter), &counts);
+        let scene = cubic(scene.with_terminate(0.0).unwrap().with_size(24, 20).unwrap(), filter);
+        let found = errors(&volume, &scene, &counts);
+        let order = order(&counts, &found);
+        println!("{what}: order {order:.3}, errors {found:?}");
+        // The field is so smooth that few slices are better than their order.
+        assert!((1.85..2.35).contains(&order), "{what}: order {order}, errors {found:?}");
     }
 }
 
@@ -77,11 +82,9 @@ fn many_slices_come_close_to_the_reference() {
             let scene = Scene::new(transfer.clone()).with_camera(camera).with_size(14, 12).unwrap().with_terminate(0.0).unwrap();
             let scene = cubic(scene.with_slices(Slicing::Count(1500)).unwrap(), filter);
             let want = image(&scene, &volume, Region::whole(&scene)).unwrap();
-            assert!(want.error_bound() < 1e-9, "{what}: {}", want.error_bound());
+            assert!(want.error_bound() < 1e-8, "{what}: {}", want.error_bound());
             let off = difference(&render(&volume, &scene).0, want.pixels());
-            let linear = image(&cubic(scene.clone(), Filter::Linear), &volume, Region::whole(&scene)).unwrap();
-            let apart = want.pixels().iter().zip(linear.pixels()).map(|(a, b)| (a[3] - b[3]).abs()).fold(0.0, f64::max);
-            println!("{what} {filter:?}: off by {off:.1e}, the trilinear field by {apart:.1e}");
+            println!("{what} {filter:?}: off by {off:.1e}");
             assert!(off < 2e-4, "{what}, {filter:?}: off by {off}");
         }
     }
