@@ -36,9 +36,8 @@ impl<L: Lanes> Axis<L> {
         let rest = L::sub(one, w);
         // The four weights times six, without a difference in which bits would be lost.
         let both = L::add(one, L::mul(w, rest));
-        let cube = |x: L::F| L::mul(L::mul(x, x), x);
-        let inner = |x: L::F| L::add(one, L::mul(L::mul(three, x), both));
-        let (w0, w1, w2, w3) = (cube(rest), inner(rest), inner(w), cube(w));
+        let (w0, w3) = (L::mul(L::mul(rest, rest), rest), L::mul(L::mul(w, w), w));
+        let (w1, w2) = (L::add(one, L::mul(L::mul(three, rest), both)), L::add(one, L::mul(L::mul(three, w), both)));
         let (lower, upper) = (L::add(w0, w1), L::add(w2, w3));
         Self { low: L::div(w1, lower), high: L::div(w3, upper), upper: L::mul(upper, L::splat(1.0 / 6.0)) }
     }
@@ -67,8 +66,8 @@ impl<L: Lanes> Slope<L> {
     /// The slope between `c`, per step from one to the next.
     #[inline(always)]
     fn value(&self, c: [L::F; TAPS]) -> L::F {
-        let part = |i: usize| L::mul(self.weights[i], L::sub(c[i + 1], c[i]));
-        L::add(L::add(part(0), part(1)), part(2))
+        let [a, b, d] = self.weights;
+        L::add(L::add(L::mul(a, L::sub(c[1], c[0])), L::mul(b, L::sub(c[2], c[1]))), L::mul(d, L::sub(c[3], c[2])))
     }
 }
 
@@ -88,7 +87,8 @@ fn blocks<'v, const FAR: bool>(frame: &Frame<'v>, geometry: &Geometry, sample: &
 /// Positions of row `r` in its cells along x, y and z.
 #[inline(always)]
 fn weights<L: Lanes>(sample: &Sample, r: usize) -> [L::F; 3] {
-    [0, 1, 2].map(|axis: usize| L::load(row(&sample.weight[axis], r)))
+    let [x, y, z] = &sample.weight;
+    [L::load(row(x, r)), L::load(row(y, r)), L::load(row(z, r))]
 }
 
 impl<'v, const FAR: bool> Kernel<Frame<'v>, Batch> for FetchCubic<FAR> {
@@ -96,7 +96,8 @@ impl<'v, const FAR: bool> Kernel<Frame<'v>, Batch> for FetchCubic<FAR> {
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
         for_rows!(batch.rows, r => {
             let blocks = blocks::<FAR>(frame, &batch.geometry, &batch.sample, &batch.rare, r);
-            let [x, y, z] = weights::<L>(&batch.sample, r).map(Axis::<L>::new);
+            let [x, y, z] = weights::<L>(&batch.sample, r);
+            let (x, y, z) = (Axis::<L>::new(x), Axis::<L>::new(y), Axis::<L>::new(z));
             let zero = L::splat(0.0);
             let mut layers = [zero; TAPS];
             for (k, layer) in layers.iter_mut().enumerate() {
@@ -125,9 +126,9 @@ pub(crate) fn spline_gradient<L: Lanes, const FAR: bool>(
     let zero = L::splat(0.0);
     for_rows!(rows, r => {
         let blocks = blocks::<FAR>(frame, geometry, sample, rare, r);
-        let weights = weights::<L>(sample, r);
-        let [x, y, z] = weights.map(Axis::<L>::new);
-        let [along_x, along_y, along_z] = weights.map(Slope::<L>::new);
+        let [x, y, z] = weights::<L>(sample, r);
+        let (along_x, along_y, along_z) = (Slope::<L>::new(x), Slope::<L>::new(y), Slope::<L>::new(z));
+        let (x, y, z) = (Axis::<L>::new(x), Axis::<L>::new(y), Axis::<L>::new(z));
         // Of each layer the value and its slopes along x and y.
         let (mut layers, mut slopes_x, mut slopes_y) = ([zero; TAPS], [zero; TAPS], [zero; TAPS]);
         for k in 0..TAPS {

@@ -49,17 +49,25 @@ pub(crate) struct Blocks<'n> {
 impl Blocks<'_> {
     /// Four neighbours along x of each block, `j` from its first along y and `k` along z; both count modulo 4.
     #[inline(always)]
+    #[rustfmt::skip]
     pub(crate) fn four<L: Lanes>(&self, j: usize, k: usize) -> [L::F; 4] {
         let from = self.numbers.as_ptr().wrapping_add((j & 3) * self.strides[0] + (k & 3) * self.strides[1]);
-        let pairs = |step: usize| {
-            let [a, b] = L::set_pairs(self.first.map(|first| {
-                // SAFETY: these two of the four numbers along x lie within `numbers`, as those of every block do; the read may be unaligned.
-                let both = unsafe { from.wrapping_add(first + step).cast::<u64>().read_unaligned() };
-                if cfg!(target_endian = "big") { both.rotate_left(32) } else { both }
-            }));
-            [L::of_bits(a), L::of_bits(b)]
+        let behind = from.wrapping_add(2);
+        let pair = |from: *const f32, at: usize| {
+            // SAFETY: these two of the four numbers along x lie within `numbers`, as those of every block do; the read may be unaligned.
+            let both = unsafe { from.wrapping_add(at).cast::<u64>().read_unaligned() };
+            if cfg!(target_endian = "big") { both.rotate_left(32) } else { both }
         };
-        let ([a, b], [c, d]) = (pairs(0), pairs(2));
+        let at = &self.first;
+        let [a, b] = L::set_pairs([
+            pair(from, at[0]), pair(from, at[1]), pair(from, at[2]), pair(from, at[3]),
+            pair(from, at[4]), pair(from, at[5]), pair(from, at[6]), pair(from, at[7]),
+        ]);
+        let [c, d] = L::set_pairs([
+            pair(behind, at[0]), pair(behind, at[1]), pair(behind, at[2]), pair(behind, at[3]),
+            pair(behind, at[4]), pair(behind, at[5]), pair(behind, at[6]), pair(behind, at[7]),
+        ]);
+        let (a, b, c, d) = (L::of_bits(a), L::of_bits(b), L::of_bits(c), L::of_bits(d));
         [a, b, c, d]
     }
 }
@@ -182,7 +190,10 @@ impl CellLoad {
     /// When a block leaves `numbers`: a bug of the caller's.
     #[inline(always)]
     pub(crate) fn blocks<'n>(&self, numbers: &'n [f32], r: usize, offset: impl Fn(usize) -> usize) -> Blocks<'n> {
-        let first = std::array::from_fn(|i| self.base + offset(WIDTH * r + i));
+        let mut first = [0; WIDTH];
+        for (i, first) in first.iter_mut().enumerate() {
+            *first = self.base + offset(WIDTH * r + i);
+        }
         let [_, dy, dz] = self.strides;
         let reach = dy.checked_add(dz).and_then(|side| side.checked_mul(3)?.checked_add(4));
         let room = reach.and_then(|reach| numbers.len().checked_sub(reach));
