@@ -24,6 +24,7 @@ LEAN_DIR = ROOT / "target/lean"
 CASES = {
     "avx2": [
         "dense", "half-empty", "empty", "dense-u16", "dense-f32", "shells", "head", "perspective-fog", "pre-integrated", "second-order",
+        "cubic",
     ],
     "scalar": ["shells", "perspective-fog"],
 }

@@ -133,6 +133,7 @@ fn bad_input_is_told_in_one_line_and_leaves_nothing() {
         (&["--json", "file.txt"], 2, &["file.txt", "no record"]),
         (&["--json", "no/r.json"], 1, &["no/r.json"]),
         (&["--render.profile", "opengl"], 1, &["profile opengl"]),
+        (&["--render.filter", "cubic"], 1, &["render filter cubic", "64"]),
         (&["--camera.azimuth", "north"], 2, &["camera.azimuth"]),
     ] {
         let line = refused(dir.path(), &small(args), status);

@@ -6,7 +6,7 @@
 mod files;
 
 use files::{Sample, dat, gz, join, meta, meta_header, nifti, nifti_header, npy, nrrd, vtk};
-use slicestack::scene::{Scene, Slicing, TransferFunction};
+use slicestack::scene::{Filter, Method, Scene, Slicing, TransferFunction};
 use slicestack::volume::io::{self, Endian, RawSpec};
 use slicestack::volume::{VoxelType, Voxels};
 use slicestack::{Limits, Volume, render};
@@ -153,10 +153,11 @@ fn pictures_are_the_same_and_writing_spares_the_file() {
             let transfer =
                 TransferFunction::new(vec![(s.min, [1.0, 0.3, 0.1]), (s.max, [0.2, 0.8, 1.0])], vec![(s.min, 0.0), (s.max, 0.4)]);
             let scene = Scene::new(transfer.unwrap()).with_size(50, 40).unwrap().with_slices(Slicing::Count(60)).unwrap();
-            render(&volume, &scene).unwrap()
+            let spline = scene.clone().with_method(Method::default().with_filter(Filter::CUBIC)).unwrap();
+            [render(&volume, &scene).unwrap(), render(&volume, &spline).unwrap()]
         };
         let (mapped, plain) = (picture(&MAP_ALL), picture(&MAP_NONE));
-        assert!(plain.pixel(25, 20)[3] > 0.1 && mapped == plain, "{kind}");
+        assert!(plain.iter().all(|p| p.pixel(25, 20)[3] > 0.1) && mapped == plain, "{kind}");
 
         let before = std::fs::read(&path).unwrap();
         let mut voxels: Voxels = io::read(&path, &MAP_ALL).unwrap().voxels().clone();

@@ -4,7 +4,7 @@
 
 use slicestack::proxy::Domain;
 use slicestack::scene::{
-    Blend, Camera, Classification, ClipPlane, Fog, FogMode, Method, OpenGl, Order, Placement, Projection, Slicing, Straight,
+    Blend, Camera, Classification, ClipPlane, Filter, Fog, FogMode, Method, OpenGl, Order, Placement, Projection, Slicing, Straight,
 };
 use slicestack::volume::phantom::Phantom;
 use slicestack::volume::{Grid, Voxels};
@@ -247,6 +247,7 @@ fn what_cannot_be_shared_out_is_refused() {
     refused(&mut renderer, scene().with_method(pairs).unwrap(), "transfer classification: a part of a volume");
     refused(&mut renderer, scene().with_method(Method::default().with_merge(true)).unwrap(), "slices merge");
     refused(&mut renderer, scene().with_blend(Blend::Mip).unwrap(), "render blend");
+    refused(&mut renderer, scene().with_method(Method::default().with_filter(Filter::CUBIC)).unwrap(), "render filter cubic: a spline");
     let mut other = Renderer::new(head(12), Settings::default());
     refused(&mut other, scene(), "domain: voxels [16, 16, 16] along x, y, z: the volume has [12, 12, 12]");
 }

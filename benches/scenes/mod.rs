@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "no bench uses all of them")]
 
 use slicestack::scene::{
-    Camera, Classification, Fog, FogDistance, FogMode, Method, Placement, Projection, Slicing, Target, TransferFunction,
+    Camera, Classification, Filter, Fog, FogDistance, FogMode, Method, Placement, Projection, Slicing, Target, TransferFunction,
 };
 use slicestack::volume::phantom::Phantom;
 use slicestack::volume::{Grid, VoxelType, Voxels};
@@ -88,6 +88,11 @@ pub(crate) fn classified(scene: Scene, classification: Classification) -> Result
     scene.with_method(Method::default().with_classification(classification))
 }
 
+/// Looked up another way.
+pub(crate) fn filtered(scene: Scene, filter: Filter) -> Result<Scene> {
+    scene.with_method(Method::default().with_filter(filter))
+}
+
 /// In the numbers of another target.
 pub(crate) fn target(scene: Scene, target: Target) -> Result<Scene> {
     scene.with_method(Method::default().with_target(target))
@@ -101,8 +106,19 @@ pub(crate) struct Case {
 }
 
 /// The names of [`case`].
-pub(crate) const CASES: [&str; 10] =
-    ["dense", "half-empty", "empty", "dense-u16", "dense-f32", "shells", "head", "perspective-fog", "pre-integrated", "second-order"];
+pub(crate) const CASES: [&str; 11] = [
+    "dense",
+    "half-empty",
+    "empty",
+    "dense-u16",
+    "dense-f32",
+    "shells",
+    "head",
+    "perspective-fog",
+    "pre-integrated",
+    "second-order",
+    "cubic",
+];
 
 /// The case called `name`, in the size that its instructions are counted in.
 pub(crate) fn case(name: &str) -> Result<Option<Case>> {
@@ -122,6 +138,7 @@ pub(crate) fn case(name: &str) -> Result<Option<Case>> {
             ("perspective-fog", signal(SIZE, VoxelType::U8)?, fog(perspective(shells(SIZE, SIDE, COUNT)?)?, FogDistance::Planar)?)
         }
         "pre-integrated" => ("pre-integrated", head(SIZE)?, classified(skull(SIDE, COUNT)?, Classification::PreIntegrated)?),
+        "cubic" => ("cubic", signal(SIZE, VoxelType::U8)?, filtered(mist(SIDE, COUNT)?, Filter::CUBIC)?),
         "second-order" => ("second-order", head(SIZE)?, classified(skull(SIDE, COUNT)?, Classification::SecondOrder)?),
         _ => return Ok(None),
     };

@@ -263,6 +263,9 @@ fn steady(renderer: &mut Renderer, scene: &Scene, pixel: Option<(u32, u32)>) -> 
     if scene.opengl().is_some() {
         return Err(Error::invalid("the profile opengl draws without the stages that are explained here; choose accurate"));
     }
+    if scene.method().filter.is_cubic() {
+        return Err(Error::invalid("render filter cubic: a page shows a cell of eight voxels, the spline mixes 64; choose linear"));
+    }
     let mut notes = Vec::new();
     let mut scene = scene.blended();
     if scene.linear_light() {

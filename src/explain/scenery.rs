@@ -70,7 +70,11 @@ impl MethodRecord {
                 Classification::PreIntegrated => "pre-integrated",
                 Classification::SecondOrder => "second-order",
             },
-            filter: if method.filter == Filter::Linear { "linear" } else { "nearest" },
+            filter: match method.filter {
+                Filter::Linear => "linear",
+                Filter::Nearest => "nearest",
+                Filter::Cubic { .. } => "cubic",
+            },
             slab: if method.slab == SlabForm::Exponential { "exponential" } else { "riemann" },
             sample: if method.sample == SampleAt::Center { "center" } else { "end" },
             ends: if method.ends == Ends::Partial { "partial" } else { "whole" },

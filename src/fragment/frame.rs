@@ -5,6 +5,7 @@ use crate::lanes::{LookupTable, ToF32};
 use crate::scene::{FogMode, FogWeighting, Scene};
 use crate::volume::VoxelSlices;
 use crate::volume::packed::Packed;
+use crate::volume::spline::Coefficients;
 use std::sync::Arc;
 
 /// What texture coordinates and lookups need.
@@ -14,6 +15,8 @@ pub(crate) struct SampleFrame<'v> {
     pub(crate) voxels: VoxelSlices<'v>,
     /// The voxels packed with their neighbours along y, where lookups read those.
     pub(crate) packed: Option<&'v Packed>,
+    /// The coefficients of the spline, where lookups read those: numbers already.
+    pub(crate) coefficients: Option<&'v Coefficients>,
     /// Distance to the next voxel along each axis, in voxels of what lookups read; 0 along axes of one voxel.
     pub(crate) strides: [usize; 3],
     /// Whether texture coordinates set `far_offset` instead of `offset`: for observers, kernels know.

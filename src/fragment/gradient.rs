@@ -4,6 +4,8 @@
 //! the voxels, so that is the same as interpolating between differences taken at the cell's eight corners: 32 voxels, 24 of them beyond the
 //! cell. Voxels beyond the volume are those at its edge, as in every lookup.
 //!
+//! Differences are those of voxels, whatever values are interpolated by; the analytic gradient is that of the interpolation, linear or spline.
+//!
 //! ```text
 //!    seen along z:   . o o .        O: the cell's corners, at z and at z+1; the corners have neighbours at z-1 and z+2 as well
 //!                    o O O o        o: their neighbours along x and y
@@ -12,6 +14,7 @@
 //! ```
 
 use super::batch::Batch;
+use super::cubic::spline_gradient;
 use super::fetch::lerp;
 use super::frame::Frame;
 use super::{Pieces, Run};
@@ -427,6 +430,15 @@ impl<'v, const FAR: bool, const EACH: bool> Kernel<Frame<'v>, Batch> for TakeGra
         }
         batch.gradient.taken += lanes_of(rows);
         match gradient.kind {
+            Gradient::Analytic if frame.sample.coefficients.is_some() => {
+                let (sample, rare) = (&batch.sample, &batch.rare);
+                spline_gradient::<L, FAR>(frame, &batch.geometry, (sample, rare), rows, &mut batch.gradient.normal);
+                for_rows!(rows, r => {
+                    let [x, y, z] = &batch.gradient.normal;
+                    let along = [L::load(row(x, r)), L::load(row(y, r)), L::load(row(z, r))];
+                    finish::<L>(gradient, along, batch, r);
+                });
+            }
             Gradient::Analytic => each_row::<L>(frame, gradient, batch, rows, &AnalyticEach::<FAR>),
             Gradient::Sobel => each_row::<L>(frame, gradient, batch, rows, &SobelEach::<FAR>),
             Gradient::Central => {

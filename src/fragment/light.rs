@@ -331,7 +331,8 @@ fn shade<L: Lanes>(frame: &Frame<'_>, batch: &mut Batch, places: &impl Places) {
             let to = row_mut(&mut batch.slab.color[c], r);
             let color = L::load(to);
             let lit = L::min(L::add(L::mul(color, glow[c]), L::mul(alpha, shine[c])), alpha);
-            let mixed = if light.floor > 0.0 { L::add(color, L::mul(weight, L::sub(lit, color))) } else { lit };
+            // Rounding may take a mixed colour past its opacity.
+            let mixed = if light.floor > 0.0 { L::min(L::add(color, L::mul(weight, L::sub(lit, color))), alpha) } else { lit };
             L::store(L::select(there, mixed, color), to);
         }
     });

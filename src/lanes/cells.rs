@@ -34,6 +34,44 @@ pub(crate) struct CellLoad {
     pub(crate) others: Option<isize>,
 }
 
+/// Where the 4 x 4 x 4 numbers around eight fragments lie: see [`CellLoad::blocks`].
+///
+/// # Guarantees
+/// Every number of every block lies within `numbers`.
+pub(crate) struct Blocks<'n> {
+    numbers: &'n [f32],
+    /// Index of each block's first number.
+    first: [usize; WIDTH],
+    /// Distance to the next number along y and z.
+    strides: [usize; 2],
+}
+
+impl Blocks<'_> {
+    /// Four neighbours along x of each block, `j` from its first along y and `k` along z; both count modulo 4.
+    #[inline(always)]
+    #[rustfmt::skip]
+    pub(crate) fn four<L: Lanes>(&self, j: usize, k: usize) -> [L::F; 4] {
+        let from = self.numbers.as_ptr().wrapping_add((j & 3) * self.strides[0] + (k & 3) * self.strides[1]);
+        let behind = from.wrapping_add(2);
+        let pair = |from: *const f32, at: usize| {
+            // SAFETY: these two of the four numbers along x lie within `numbers`, as those of every block do; the read may be unaligned.
+            let both = unsafe { from.wrapping_add(at).cast::<u64>().read_unaligned() };
+            if cfg!(target_endian = "big") { both.rotate_left(32) } else { both }
+        };
+        let at = &self.first;
+        let [a, b] = L::set_pairs([
+            pair(from, at[0]), pair(from, at[1]), pair(from, at[2]), pair(from, at[3]),
+            pair(from, at[4]), pair(from, at[5]), pair(from, at[6]), pair(from, at[7]),
+        ]);
+        let [c, d] = L::set_pairs([
+            pair(behind, at[0]), pair(behind, at[1]), pair(behind, at[2]), pair(behind, at[3]),
+            pair(behind, at[4]), pair(behind, at[5]), pair(behind, at[6]), pair(behind, at[7]),
+        ]);
+        let (a, b, c, d) = (L::of_bits(a), L::of_bits(b), L::of_bits(c), L::of_bits(d));
+        [a, b, c, d]
+    }
+}
+
 /// How stored values that f32 does not hold well are brought near zero and one: value * gain - bias, in f64.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ToF32 {
@@ -143,6 +181,24 @@ impl CellLoad {
                 corner[i] = convert(voxels[at + step], map);
             }
         }
+    }
+
+    /// The blocks of 4 x 4 x 4 of `numbers` that begin at `base + offset(i)` for the eight fragments i of row `r`. Numbers along x lie next to each
+    /// other whatever the stride is.
+    ///
+    /// # Panics
+    /// When a block leaves `numbers`: a bug of the caller's.
+    #[inline(always)]
+    pub(crate) fn blocks<'n>(&self, numbers: &'n [f32], r: usize, offset: impl Fn(usize) -> usize) -> Blocks<'n> {
+        let mut first = [0; WIDTH];
+        for (i, first) in first.iter_mut().enumerate() {
+            *first = self.base + offset(WIDTH * r + i);
+        }
+        let [_, dy, dz] = self.strides;
+        let reach = dy.checked_add(dz).and_then(|side| side.checked_mul(3)?.checked_add(4));
+        let room = reach.and_then(|reach| numbers.len().checked_sub(reach));
+        assert!(room.is_some_and(|room| first.iter().all(|&first| first <= room)), "block outside the numbers");
+        Blocks { numbers, first, strides: [dy, dz] }
     }
 
     /// Loads the voxel at `base + offset(i)` for each fragment i of `lanes`; every index is checked.

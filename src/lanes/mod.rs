@@ -23,7 +23,7 @@ mod scalar;
 mod table;
 mod wide;
 
-pub(crate) use cells::{CellLoad, CornerPairs, Corners, ToF32, convert};
+pub(crate) use cells::{Blocks, CellLoad, CornerPairs, Corners, ToF32, convert};
 #[cfg(feature = "formats")]
 pub(crate) use mapped::Mapped;
 pub use number::Number;

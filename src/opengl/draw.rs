@@ -155,7 +155,8 @@ impl Pipeline<'_> {
             let at = coords.at(wx);
             let texel = match filter {
                 Filter::Linear if state.filter_arithmetic == Arithmetic::Fixed => sampler.linear_fixed(at),
-                Filter::Linear => sampler.linear(at),
+                // The spline is refused when the scene is made.
+                Filter::Linear | Filter::Cubic { .. } => sampler.linear(at),
                 Filter::Nearest => sampler.nearest(at),
             };
             let mut color = self.color(texel);

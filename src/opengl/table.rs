@@ -57,7 +57,7 @@ impl Table {
     pub(super) fn lookup(&self, value: f32) -> [f32; 4] {
         let x = value.clamp(0.0, 1.0) * (ENTRIES - 1) as f32;
         match self.filter {
-            Filter::Linear => {
+            Filter::Linear | Filter::Cubic { .. } => {
                 let i = x as usize;
                 if self.fixed {
                     let (a, b, w) = (&self.levels[i], &self.levels[(i + 1).min(ENTRIES - 1)], fixed_weight(x - i as f32));

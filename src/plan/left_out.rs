@@ -54,8 +54,8 @@ fn lanes(unit: &'static str) -> Saving {
     Saving::Lanes { saved: 1, done: 0, unit }
 }
 
-/// Stages and checks that are not in the plan. A lookup loads `loads` numbers for the eight voxels around it.
-pub(crate) fn planned(scene: &Scene, volume: &Volume, needs: &Needs, loads: u64) -> Vec<Planned> {
+/// Stages and checks that are not in the plan. A lookup loads `loads` numbers for the eight voxels around it, if it is eight.
+pub(crate) fn planned(scene: &Scene, volume: &Volume, needs: &Needs, loads: Option<u64>) -> Vec<Planned> {
     let mut list: Vec<Planned> = Vec::new();
     let mut add = |what: &str, why: &str, saving: Saving| list.push(Planned::new(what, why, saving));
     let colors = needs.colors();
@@ -85,7 +85,7 @@ pub(crate) fn planned(scene: &Scene, volume: &Volume, needs: &Needs, loads: u64)
             add("opacity correction of whole slabs", why, Saving::Whole("lanes"));
         }
     }
-    if loads < 8 {
+    if let Some(loads) = loads.filter(|&loads| loads < 8) {
         let why = match loads {
             2 => "voxels lie packed with their neighbours: two loads bring all eight",
             _ => "neighbours along x are loaded together",

@@ -18,7 +18,7 @@ mod stages;
 
 pub(crate) use left_out::{Planned, Saving, passed_over};
 pub(crate) use merging::Merging;
-pub(crate) use needs::{EndPieces, Needs, method};
+pub(crate) use needs::{EndPieces, Needs, method, order};
 pub(crate) use prepared::{MergedData, Prepared, TransferData, TransferKey, VolumeData};
 pub(crate) use scaling::Scaling;
 pub(crate) use stages::{PairStages, Stages};
@@ -150,13 +150,26 @@ impl<'v> FramePlan<'v> {
 /// What lookups need.
 fn sample_frame<'v>(volume: &'v Volume, data: &'v VolumeData, needs: &Needs, lookup: Lookup, color: &ColorFrame) -> SampleFrame<'v> {
     let [nx, ny, nz] = volume.grid().dims();
+    let stride = |n: usize, stride: usize| if n > 1 { stride } else { 0 };
+    if let Some(coefficients) = &data.coefficients {
+        let [sx, sy, sz] = coefficients.strides;
+        return SampleFrame {
+            voxels: volume.voxels().slices(),
+            packed: None,
+            coefficients: Some(coefficients),
+            strides: [stride(nx, sx), sy, sz],
+            far: needs.far,
+            to_f32: data.scaling.to_f32,
+            hidden_up_to: None,
+        };
+    }
     let packed = data.packed.as_ref().filter(|_| lookup == Lookup::Packed);
     let [row, layer] = packed.map_or([nx, nx * ny], |p| p.strides);
-    let stride = |n: usize, stride: usize| if n > 1 { stride } else { 0 };
     let kind = volume.voxels().voxel_type();
     SampleFrame {
         voxels: volume.voxels().slices(),
         packed,
+        coefficients: None,
         strides: [stride(nx, 1), stride(ny, row), stride(nz, layer)],
         far: needs.far,
         to_f32: data.scaling.to_f32,

@@ -84,7 +84,7 @@ impl Needs {
             guard: with_holes,
             fog: extra(scene.fog()).filter(|_| colors).map(Fog::distance),
             perspective: stack.perspective,
-            far: spans_far(stack),
+            far: spans_far(stack, method.filter.is_cubic()),
             skip,
             // A stage that lights empty space does so once a slice, so their number counts; and where voxels are NaN, a brick's range does
             // not tell how values change.
@@ -110,6 +110,7 @@ impl Needs {
     pub(crate) fn lookup(&self, volume: &Volume, packed: bool, scaling: &Scaling) -> Lookup {
         match (self.method.filter, self.method.classification) {
             (Filter::Nearest, _) => return Lookup::Nearest,
+            (Filter::Cubic { .. }, _) => return Lookup::Cubic,
             (Filter::Linear, Classification::Pre) => return Lookup::Corners,
             (Filter::Linear, _) => {}
         }
@@ -161,15 +162,18 @@ pub(crate) enum Lookup {
     Pairs,
     /// Eight voxels one by one.
     Single,
+    /// The 64 coefficients of the spline around, four neighbours along x at a time.
+    Cubic,
 }
 
 impl Lookup {
-    /// Loads for the eight voxels around a fragment.
-    pub(crate) fn loads(self) -> u64 {
+    /// Loads for the eight voxels around a fragment; `None` where it is not eight that are looked up.
+    pub(crate) fn loads(self) -> Option<u64> {
         match self {
-            Self::Packed => 2,
-            Self::Pairs => 4,
-            Self::Nearest | Self::Corners | Self::Single => 8,
+            Self::Packed => Some(2),
+            Self::Pairs => Some(4),
+            Self::Nearest | Self::Corners | Self::Single => Some(8),
+            Self::Cubic => None,
         }
     }
 }
@@ -189,8 +193,16 @@ pub(crate) fn method(scene: &Scene) -> Method {
     }
 }
 
-/// Whether the cells of one batch may lie 2^24 voxels apart or more: the batch's extent in the worst place of the picture.
-fn spans_far(stack: &Stack) -> bool {
+/// Order of a picture's error in the thickness of slabs, on smooth scenes. Light is taken at one sample of a slab, which is its far side where
+/// slabs lie between two values: that leaves them the first order.
+pub(crate) fn order(scene: &Scene) -> u32 {
+    let method = method(scene);
+    if method.is_pre_integrated() && scene.lighting().is_some() { 1 } else { method.order() }
+}
+
+/// Whether the cells of one batch may lie 2^24 voxels apart or more: the batch's extent in the worst place of the picture. With a `border` rows
+/// and layers are two voxels longer.
+fn spans_far(stack: &Stack, border: bool) -> bool {
     let scale = if stack.perspective { stack.far.abs().max(stack.near.abs()) } else { 1.0 };
     let mut voxels = 0.0;
     let mut stride = 1.0;
@@ -198,7 +210,7 @@ fn spans_far(stack: &Stack) -> bool {
         let f = stack.index[axis];
         let extent = (7.0 * (f.b.abs() + f.c.abs()) * scale + 3.0).min(stack.dims[axis] as f64);
         voxels += extent * stride;
-        stride *= stack.dims[axis] as f64;
+        stride *= (stack.dims[axis] + if border { 2 } else { 0 }) as f64;
     }
     // Packed voxels lie up to a sixteenth further apart.
     voxels * 1.0625 >= f64::from(1 << 24)

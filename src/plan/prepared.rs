@@ -10,13 +10,16 @@ use crate::skip::{BrickClasses, MERGED, Runs, SkipTable};
 use crate::volume::Volume;
 use crate::volume::bricks::Bricks;
 use crate::volume::packed::Packed;
+use crate::volume::spline::Coefficients;
 use std::sync::Arc;
 
-/// What depends on the volume alone.
+/// What depends on the volume alone, and on what is looked up in it: voxels, or a spline over them.
 #[derive(Debug)]
 pub(crate) struct VolumeData {
     /// Least and greatest value of each brick.
     pub(crate) bricks: Arc<Bricks>,
+    /// The spline's coefficients, where that is looked up.
+    pub(crate) coefficients: Option<Coefficients>,
     /// 8- and 16-bit voxels packed with their neighbours, where there is room.
     pub(crate) packed: Option<Packed>,
     /// How stored values become numbers.
@@ -34,7 +37,16 @@ impl VolumeData {
         let scaling = Scaling::new(volume, &bricks);
         // Lookups that convert do not read packed voxels.
         let packed = if scaling.to_f32.is_none() { Packed::new(volume.voxels(), volume.grid().dims()) } else { None };
-        Self { bricks, packed, scaling }
+        Self { bricks, coefficients: None, packed, scaling }
+    }
+
+    /// All of it for the spline over `volume`, with or without `prefilter`; `None` where this machine does not give the memory for its coefficients.
+    pub(crate) fn of_spline(volume: &Volume, prefilter: bool) -> Option<Self> {
+        let dims = volume.grid().dims();
+        let (scaling, map) = Scaling::of_spline(volume, volume.bricks());
+        let coefficients = Coefficients::new(volume.voxels(), dims, map, prefilter)?;
+        let bricks = Arc::new(coefficients.bricks(dims, map, volume.bricks().non_finite));
+        Some(Self { bricks, coefficients: Some(coefficients), packed: None, scaling })
     }
 }
 

@@ -40,6 +40,15 @@ impl Scaling {
         Self::of(volume, to_f32)
     }
 
+    /// The conversion to the numbers that the coefficients of a spline over `volume` are: the same, but 0 for the least value, so that
+    /// their rounding is a share of the range.
+    pub(crate) fn of_spline(volume: &Volume, bricks: &Bricks) -> (Self, ToF32) {
+        let map = Self::new(volume, bricks).to_f32.unwrap_or(ToF32 { gain: 1.0, bias: 0.0 });
+        let (min, max) = bricks.range;
+        let map = if map.bias == 0.0 && min <= max { ToF32 { gain: map.gain, bias: map.gain * min } } else { map };
+        (Self::of(volume, Some(map)), map)
+    }
+
     /// The scale of a volume whose stored values are converted by `to_f32`.
     pub(crate) fn of(volume: &Volume, to_f32: Option<ToF32>) -> Self {
         let (slope, intercept) = volume.rescale();

@@ -127,6 +127,8 @@ impl Kernels<'_> {
             (Lookup::Pairs, VoxelType::U8 | VoxelType::I8) => level.kernel::<FetchPairs8, _, _>(),
             (Lookup::Pairs, VoxelType::U16 | VoxelType::I16) => level.kernel::<FetchPairs16, _, _>(),
             (Lookup::Pairs, _) => level.kernel::<FetchPairs32, _, _>(),
+            (Lookup::Cubic, _) if far => level.kernel::<FetchCubic<true>, _, _>(),
+            (Lookup::Cubic, _) => level.kernel::<FetchCubic<false>, _, _>(),
             (Lookup::Single, _) if far => level.kernel::<FetchAny<true>, _, _>(),
             (Lookup::Single, _) => level.kernel::<FetchAny<false>, _, _>(),
         }

@@ -1,6 +1,45 @@
-//! The trilinear field along one ray: a cubic polynomial in each cell.
+//! The field along one ray: a polynomial on each piece, cubic where the field is trilinear.
 
 use crate::volume::{Number, Volume, with_voxels};
+
+/// The value along a piece of ray, s from 0 to 1.
+pub(super) trait Along {
+    /// What stands before the powers of s, from 0 up.
+    fn coefficients(&self) -> &[f64];
+
+    fn at(&self, s: f64) -> f64;
+
+    /// Its derivative by s.
+    fn slope(&self, s: f64) -> f64;
+
+    /// Whether it is no constant.
+    fn varies(&self) -> bool;
+
+    /// Places strictly inside (0,1) where the slope changes sign.
+    fn turns(&self) -> Turns;
+}
+
+/// Up to eight places on a piece of ray, rising: as many turns as a polynomial of degree nine has at most.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Turns {
+    places: [f64; 8],
+    count: usize,
+}
+
+impl Turns {
+    pub(super) fn new(places: impl Iterator<Item = f64>) -> Self {
+        let mut turns = Self { places: [0.0; 8], count: 0 };
+        places.take(8).for_each(|s| {
+            turns.places[turns.count] = s;
+            turns.count += 1;
+        });
+        turns
+    }
+
+    pub(super) fn iter(&self) -> impl Iterator<Item = f64> + '_ {
+        self.places[..self.count].iter().copied()
+    }
+}
 
 /// f(s) = c0 + c1 s + c2 s^2 + c3 s^3 on a piece of ray, s from 0 to 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,33 +72,55 @@ impl Cubic {
         // Also drops the infinities and NaN of a slope of lower degree.
         roots.into_iter().filter(|&s| s > 0.0 && s < 1.0)
     }
+}
 
-    /// Where the value is `level` within [a, b], on which the polynomial rises or falls throughout and meets the level.
-    pub(super) fn solve(&self, level: f64, a: f64, b: f64) -> f64 {
-        let rising = self.at(b) > self.at(a);
-        let (mut low, mut high) = (a, b);
-        let mut s = 0.5 * (a + b);
-        for _ in 0..200 {
-            let miss = self.at(s) - level;
-            if miss == 0.0 {
-                return s;
-            }
-            if (miss > 0.0) == rising {
-                high = s;
-            } else {
-                low = s;
-            }
-            let newton = s - miss / self.slope(s);
-            // Newton's step where it stays in the bracket, else the middle: never worse than halving in the long run,
-            // because a step that does not move the bracket's far end is at the root to rounding.
-            let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
-            if next == s || next <= low || next >= high || (next - s).abs() < 1e-16 {
-                return next.clamp(low, high);
-            }
-            s = next;
-        }
-        s
+impl Along for Cubic {
+    fn coefficients(&self) -> &[f64] {
+        &self.0
     }
+
+    fn at(&self, s: f64) -> f64 {
+        Self::at(self, s)
+    }
+
+    fn slope(&self, s: f64) -> f64 {
+        Self::slope(self, s)
+    }
+
+    fn varies(&self) -> bool {
+        self.0[1..].iter().any(|&c| c != 0.0)
+    }
+
+    fn turns(&self) -> Turns {
+        Turns::new(Self::turns(self))
+    }
+}
+
+/// Where `at` is `level` within [a, b], on which it rises or falls throughout and meets the level; `slope` is its derivative.
+pub(super) fn solve(at: impl Fn(f64) -> f64, slope: impl Fn(f64) -> f64, level: f64, a: f64, b: f64) -> f64 {
+    let rising = at(b) > at(a);
+    let (mut low, mut high) = (a, b);
+    let mut s = 0.5 * (a + b);
+    for _ in 0..200 {
+        let miss = at(s) - level;
+        if miss == 0.0 {
+            return s;
+        }
+        if (miss > 0.0) == rising {
+            high = s;
+        } else {
+            low = s;
+        }
+        let newton = s - miss / slope(s);
+        // Newton's step where it stays in the bracket, else the middle: never worse than halving in the long run,
+        // because a step that does not move the bracket's far end is at the root to rounding.
+        let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+        if next == s || next <= low || next >= high || (next - s).abs() < 1e-16 {
+            return next.clamp(low, high);
+        }
+        s = next;
+    }
+    s
 }
 
 /// The corners of one cell: value at bit 0 = x, bit 1 = y, bit 2 = z.

@@ -3,7 +3,8 @@
 //! Differences are taken at the corners of a cell and interpolated between them, which every kind of gradient comes to. Like every lookup, one
 //! beyond the outermost voxel centres is that of the nearest place between them, and voxels beyond the grid are those at its edge.
 
-use super::field::{Corners, Cubic, cubic};
+use super::field::{Corners, cubic};
+use super::spline::{Nonic, Spline};
 use crate::scene::Gradient;
 use crate::volume::{Number, Volume, with_voxels};
 use glam::DVec3;
@@ -34,8 +35,10 @@ impl<'a> Gradients<'a> {
     }
 
     /// The gradient along a piece of ray in the cell whose lower corner is voxel `low`: world space, data units per world unit. The piece
-    /// goes from `place` in the cell over `step`. Nothing where a voxel around is NaN or infinite.
-    pub(super) fn along(&self, low: [i64; 3], place: [f64; 3], step: [f64; 3]) -> Option<[Cubic; 3]> {
+    /// goes from `place` in the cell over `step`. Nothing where a voxel around is NaN or infinite. The analytic gradient is that of `spline`
+    /// where values are; differences are those of voxels always.
+    pub(super) fn along(&self, low: [i64; 3], place: [f64; 3], step: [f64; 3], spline: Option<&Spline>) -> Option<[Nonic; 3]> {
+        let spline = spline.filter(|_| self.kind == Gradient::Analytic);
         let dims = self.volume.grid().dims();
         let (mut cell, mut at, mut over) = ([0; 3], [0.0; 3], [0.0; 3]);
         for axis in 0..3 {
@@ -49,9 +52,12 @@ impl<'a> Gradients<'a> {
             };
         }
         let block = self.block(cell);
-        let mut world = [Cubic([0.0; 4]); 3];
+        let mut world = [Nonic::default(); 3];
         for (axis, covector) in self.covectors.iter().enumerate() {
-            let along = cubic(&differences(&block, self.kind, axis), at, over);
+            let along = match spline {
+                Some(spline) => spline.along(low, place, step, Some(axis))?.0,
+                None => Nonic::from(cubic(&differences(&block, self.kind, axis), at, over)),
+            };
             for (sum, share) in world.iter_mut().zip(covector.to_array()) {
                 sum.0.iter_mut().zip(along.0).for_each(|(s, c)| *s += share * c);
             }

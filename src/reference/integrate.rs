@@ -1,13 +1,15 @@
 //! The emission-absorption integral along the ray of one pixel.
 
-use super::field::{Corners, corners, cubic};
+use super::field::{Along, Corners, corners, cubic, solve};
 use super::light::{Lights, LitRay};
 use super::panel::{DARK, Distance, Gathered, Haze, Piece, PieceFog, Quadrature};
 use super::segments::Segments;
+use super::spline::Spline;
 use crate::scene::{Blend, Fog, FogDistance, FogMode, FogWeighting, OptionalStage, Premultiplied, Scene, Straight, TransferFunction, View};
 use crate::volume::Volume;
 use crate::{Error, Result};
 use glam::DVec3;
+use std::sync::Arc;
 
 /// Error that quadrature is steered to, in colour: well under the bound promised by [`RayResult::error_bound`].
 const TOLERANCE: f64 = 1e-11;
@@ -45,6 +47,8 @@ impl RayResult {
 #[derive(Debug, Clone)]
 pub struct Integrator<'a> {
     volume: &'a Volume,
+    /// The spline over the voxels, where the scene looks that up.
+    spline: Option<Arc<Spline>>,
     view: View,
     segments: Segments,
     /// Half-spaces normal . p >= offset, the scene's clip planes.
@@ -94,6 +98,7 @@ impl<'a> Integrator<'a> {
             volume,
             lights: Lights::new(scene, volume, &view, |c| if scene.linear_light() { light_of(c) } else { c }),
             view,
+            spline: Spline::of(scene, volume)?.map(Arc::new),
             segments: Segments::new(&transfer),
             planes: scene.clip_planes().iter().map(|p| (p.normal(), p.offset())).collect(),
             fog,
@@ -180,39 +185,55 @@ impl<'a> Integrator<'a> {
             }
             let middle = at + step * (0.5 * (near + far));
             let low: [i64; 3] = std::array::from_fn(|axis| (middle[axis].floor() as i64).clamp(-1, grid.dims()[axis] as i64 - 1));
-            let cell = corners(self.volume, low);
             let place = at + step * near - DVec3::new(low[0] as f64, low[1] as f64, low[2] as f64);
+            let way = step * (far - near);
             let walk = Walk {
                 near,
                 far,
                 share: (far - near) / (exit - entry),
                 length: (far - near) * stretch / self.opacity_unit,
                 low,
+                place: place.to_array(),
+                way: way.to_array(),
                 ray: LitRay { start: origin + direction * near, way: direction * (far - near), depth: near, depth_step: far - near },
             };
-            self.cell(&cell, place, step * (far - near), &walk, distance, gathered);
+            match &self.spline {
+                None => self.cell(&corners(self.volume, low), &walk, distance, gathered),
+                Some(spline) => {
+                    if let Some((field, least, most)) = spline.along(low, walk.place, walk.way, None) {
+                        self.piece(&field, (least, most), &walk, distance, gathered);
+                    }
+                }
+            }
             near = far;
         }
     }
 
     /// Adds one piece of ray within one cell.
-    fn cell(&self, cell: &Corners, place: DVec3, step: DVec3, walk: &Walk, distance: Distance, gathered: &mut Gathered) {
+    fn cell(&self, cell: &Corners, walk: &Walk, distance: Distance, gathered: &mut Gathered) {
         let (mut least, mut most, mut finite) = (f64::INFINITY, f64::NEG_INFINITY, true);
         for &v in cell {
             least = least.min(v);
             most = most.max(v);
             finite &= v.is_finite();
         }
+        if !finite {
+            return;
+        }
+        let field = cubic(cell, walk.place, walk.way);
+        if field.0.iter().all(|c| c.is_finite()) {
+            self.piece(&field, (least, most), walk, distance, gathered);
+        }
+    }
+
+    /// Adds one piece of ray with this field along it, whose values lie between `least` and `most`.
+    fn piece(&self, field: &dyn Along, (least, most): (f64, f64), walk: &Walk, distance: Distance, gathered: &mut Gathered) {
         let (first, last) = (self.segments.position(least), self.segments.position(most));
-        if !finite || self.segments.transparent(first, last) {
+        if self.segments.transparent(first, last) {
             return;
         }
-        let field = cubic(cell, place.to_array(), step.to_array());
-        if !field.0.iter().all(|c| c.is_finite()) {
-            return;
-        }
-        let mut lit = self.lights.as_ref().map(|lights| lights.on(&walk.ray, walk.low, place.to_array(), step.to_array()));
-        let cuts = lit.as_ref().map_or_else(Vec::new, |lit| lit.cuts(&field));
+        let mut lit = self.lights.as_ref().map(|lights| lights.on(&walk.ray, walk.low, walk.place, walk.way, self.spline.as_deref()));
+        let cuts = lit.as_ref().map_or_else(Vec::new, |lit| lit.cuts(field));
         let mut add = |position: usize, a: f64, b: f64| {
             if self.segments.transparent(position, position) || b <= a {
                 return;
@@ -229,7 +250,7 @@ impl<'a> Integrator<'a> {
                 if let Some(lit) = &mut lit {
                     lit.enter(0.5 * (start + end));
                 }
-                let piece = Piece { field: &field, segment: self.segments.segment(position), length: walk.length, fog, lit: lit.as_ref() };
+                let piece = Piece { field, segment: self.segments.segment(position), length: walk.length, fog, lit: lit.as_ref() };
                 self.quadrature.gather(&piece, start, end, TOLERANCE * walk.share, gathered);
                 start = end;
             }
@@ -239,7 +260,7 @@ impl<'a> Integrator<'a> {
             return;
         }
         let mut start = 0.0;
-        for end in field.turns().chain([1.0]) {
+        for end in field.turns().iter().chain([1.0]) {
             let (v0, v1) = (field.at(start), field.at(end));
             let knots = self.segments.knots_between(v0.min(v1), v0.max(v1));
             let mut a = start;
@@ -247,7 +268,7 @@ impl<'a> Integrator<'a> {
                 // In the order in which the ray meets them.
                 let b = match knots.len() - i {
                     0 => end,
-                    left => field.solve(knots[if v0 < v1 { i } else { left - 1 }], a, end),
+                    left => solve(|s| field.at(s), |s| field.slope(s), knots[if v0 < v1 { i } else { left - 1 }], a, end),
                 };
                 add(self.segments.position(field.at(0.5 * (a + b))), a, b);
                 a = b;
@@ -304,8 +325,10 @@ struct Walk {
     share: f64,
     /// Its length in reference lengths.
     length: f64,
-    /// The lower corner of its cell.
+    /// The lower corner of its cell; where in that it starts, and its way, in voxels.
     low: [i64; 3],
+    place: [f64; 3],
+    way: [f64; 3],
     /// Where it is in the world.
     ray: LitRay,
 }

@@ -3,10 +3,11 @@
 //! The formula is that of [`crate::scene::Lighting`]. Between cell faces the gradient is a polynomial in the ray's parameter, so lit colours are
 //! smooth but for places that are polynomials' roots, and for the clamp to 1. The former are cut at, the latter is left to quadrature.
 
-use super::field::Cubic;
+use super::field::Along;
 use super::gradient::Gradients;
 use super::regions;
 use super::roots::{add, derivative, product, sign_changes, value};
+use super::spline::{Nonic, Spline};
 use crate::scene::{LightSource, Lighting, Scene, Shading, Transfer2d, View};
 use crate::volume::{Grid, Volume};
 use glam::DVec3;
@@ -139,11 +140,11 @@ impl<'a> Lights<'a> {
     }
 
     /// Light on the piece of `ray` in the cell whose lower corner is voxel `low`, which goes from `place` in the cell over `step`.
-    pub(super) fn on(&self, ray: &LitRay, low: [i64; 3], place: [f64; 3], step: [f64; 3]) -> Lit<'_> {
-        let found = self.gradients.as_ref().and_then(|g| g.along(low, place, step));
+    pub(super) fn on(&self, ray: &LitRay, low: [i64; 3], place: [f64; 3], step: [f64; 3], spline: Option<&Spline>) -> Lit<'_> {
+        let found = self.gradients.as_ref().and_then(|g| g.along(low, place, step, spline));
         // Scaled first: squares may leave f64.
         let scale = found.iter().flatten().flat_map(|c| c.0).fold(0.0, |most: f64, c| most.max(c.abs()));
-        let gradient = found.filter(|_| scale > 0.0).map(|g| g.map(|c| Cubic(c.0.map(|c| c / scale))));
+        let gradient = found.filter(|_| scale > 0.0).map(|g| g.map(|c| Nonic(c.0.map(|c| c / scale))));
         let mut lit = Lit { lights: self, ray: *ray, gradient, scale, factor: (1.0, 0.0) };
         lit.enter(0.5);
         lit
@@ -172,7 +173,7 @@ pub(super) struct Lit<'a> {
     lights: &'a Lights<'a>,
     ray: LitRay,
     /// The gradient in units of `scale`, which makes its largest coefficient 1; nothing where it is 0 or none.
-    gradient: Option<[Cubic; 3]>,
+    gradient: Option<[Nonic; 3]>,
     scale: f64,
     /// The factor on the extinction at gradient 0, and its change with the gradient's size in units of `scale`, as on the part of the
     /// piece that was last entered.
@@ -181,16 +182,19 @@ pub(super) struct Lit<'a> {
 
 impl Lit<'_> {
     /// The places in (0,1) at which colour or extinction has a kink, rising.
-    pub(super) fn cuts(&self, field: &Cubic) -> Vec<f64> {
+    pub(super) fn cuts(&self, field: &dyn Along) -> Vec<f64> {
         let mut cuts = Vec::new();
         let Some(gradient) = &self.gradient else {
-            self.lights.transfer.iter().for_each(|t| regions::cuts(t, field, &[0.0; 7], 0.0, &mut cuts));
+            self.lights.transfer.iter().for_each(|t| regions::cuts(t, field, &[0.0], 0.0, &mut cuts));
             cuts.sort_by(f64::total_cmp);
             return cuts;
         };
         const NOISE: f64 = 1e-14;
-        let mut squared = vec![0.0; 7];
-        gradient.iter().for_each(|g| add(&mut squared, &product(&g.0, &g.0)));
+        // Trailing zeros cost time alone.
+        let degree = gradient.iter().map(Nonic::degree).fold(0, usize::max);
+        let gradient = gradient.each_ref().map(|g| &g.0[..=degree]);
+        let mut squared = vec![0.0; 2 * degree + 1];
+        gradient.iter().for_each(|g| add(&mut squared, &product(g, g)));
         // Beside a gradient of next to nothing its direction turns fast.
         let mut turns = Vec::new();
         sign_changes(&derivative(&squared), NOISE, &mut turns);
@@ -210,9 +214,9 @@ impl Lit<'_> {
             let view = self.view();
             // The gradient along a fixed direction.
             let along = |direction: DVec3| {
-                let mut sum = vec![0.0; 4];
+                let mut sum = vec![0.0; degree + 1];
                 for (g, x) in gradient.iter().zip(direction.to_array()) {
-                    add(&mut sum, &g.0.map(|c| c * x));
+                    add(&mut sum, &g.iter().map(|c| c * x).collect::<Vec<_>>());
                 }
                 sum
             };
@@ -225,9 +229,9 @@ impl Lit<'_> {
                     }
                     LightSource::Position(p) => {
                         let from = p - self.ray.start;
-                        let mut sum = vec![0.0; 5];
+                        let mut sum = vec![0.0; degree + 2];
                         for (axis, g) in gradient.iter().enumerate() {
-                            add(&mut sum, &product(&g.0, &[from[axis], -self.ray.way[axis]]));
+                            add(&mut sum, &product(g, &[from[axis], -self.ray.way[axis]]));
                         }
                         sign_changes(&sum, NOISE * from.abs().max_element().max(1e-300), &mut cuts);
                     }
@@ -265,7 +269,7 @@ impl Lit<'_> {
     }
 
     /// Straight colour with its derivative by s, and opacity, where they depend on value and gradient.
-    pub(super) fn by_gradient(&self, s: f64, field: &Cubic) -> Option<([f64; 3], [f64; 3], f64)> {
+    pub(super) fn by_gradient(&self, s: f64, field: &dyn Along) -> Option<([f64; 3], [f64; 3], f64)> {
         let transfer = self.lights.transfer.as_ref()?;
         let size = self.gradient.map_or(Dual::fixed(0.0), |g| {
             let g = g.map(|c| Dual { v: c.at(s), d: c.slope(s) });

@@ -6,7 +6,7 @@
 //!                        knots of the transfer function, fog's start and end
 //! ```
 //!
-//! Between two cuts the interpolated value is a cubic polynomial and the transfer function a straight line, so the
+//! Between two cuts the interpolated value is a polynomial (cubic where it is trilinear) and the transfer function a straight line, so the
 //! emission-absorption integral is smooth there and is computed to a bound. Light and the factor of the gradient opacity have more kinks, which
 //! are cut at or found by halving. Nothing in this room uses the slicing pipeline:
 //! only scenes and volumes.
@@ -22,6 +22,7 @@ mod panel;
 mod regions;
 mod roots;
 mod segments;
+mod spline;
 
 pub use image::{ReferenceImage, Region, image};
 pub use integrate::{Integrator, RayResult};

@@ -4,7 +4,7 @@
 //! under the integral, so an opacity that goes to 1 costs no accuracy. T comes from the optical depth at Gauss points, which
 //! collocation gives at each point of the panel. Two rules of different order tell the error; panels are halved until it fits.
 
-use super::field::Cubic;
+use super::field::Along;
 use super::light::Lit;
 use super::segments::Segment;
 use std::f64::consts::PI;
@@ -129,9 +129,9 @@ impl PieceFog {
 }
 
 /// A piece of ray on which everything is smooth: the value along it, its segment of the transfer function, its length.
-#[derive(Debug, Clone, Copy)]
+#[derive(Clone, Copy)]
 pub(super) struct Piece<'a> {
-    pub(super) field: &'a Cubic,
+    pub(super) field: &'a dyn Along,
     pub(super) segment: &'a Segment,
     /// Length from s = 0 to 1 in reference lengths.
     pub(super) length: f64,
@@ -170,7 +170,8 @@ impl Piece<'_> {
         // Rounding may leave [0,1], and powers of light would not.
         let color = std::array::from_fn(|i| (self.segment.color[i] + self.segment.color_slope[i] * v).clamp(0.0, 1.0));
         let slope = self.segment.color_slope.map(|c| c * self.field.slope(s));
-        let (color, slope) = self.lit.and_then(|lit| lit.by_gradient(s, self.field)).map_or((color, slope), |(color, slope, _)| (color, slope));
+        let (color, slope) =
+            self.lit.and_then(|lit| lit.by_gradient(s, self.field)).map_or((color, slope), |(color, slope, _)| (color, slope));
         self.lit.map_or((color, slope), |lit| lit.color(s, color, slope))
     }
 
@@ -226,7 +227,7 @@ impl Piece<'_> {
     /// Whether the colour is the same all along.
     fn one_color(&self) -> bool {
         let fog_varies = self.fog.is_some_and(|f| !matches!(f.haze, Haze::Clear | Haze::Full));
-        let value_varies = self.field.0[1..].iter().any(|&c| c != 0.0) && self.segment.color_slope.iter().any(|&c| c != 0.0);
+        let value_varies = self.field.varies() && self.segment.color_slope.iter().any(|&c| c != 0.0);
         !(fog_varies || value_varies || self.lit.is_some())
     }
 }

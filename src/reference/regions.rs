@@ -1,6 +1,6 @@
 //! Transfer functions of value and gradient along a piece of ray: extinction and colour with their derivatives, and where they have kinks.
 
-use super::field::Cubic;
+use super::field::Along;
 use super::light::Dual;
 use super::roots::{add, product, sign_changes};
 use crate::scene::{Shape, Transfer2d};
@@ -98,11 +98,11 @@ fn strength(shape: &Shape, v: Dual, g: Dual) -> Dual {
 
 /// Adds the places in (0,1) at which something has a kink or a jump, of values along `field` and squared sizes of gradients (in units of
 /// `scale` squared) along the polynomial `squared`.
-pub(super) fn cuts(transfer: &Transfer2d, field: &Cubic, squared: &[f64], scale: f64, found: &mut Vec<f64>) {
+pub(super) fn cuts(transfer: &Transfer2d, field: &dyn Along, squared: &[f64], scale: f64, found: &mut Vec<f64>) {
     const NOISE: f64 = 1e-14;
-    let largest = field.0.iter().fold(0.0, |most: f64, c| most.max(c.abs()));
+    let largest = field.coefficients().iter().fold(0.0, |most: f64, c| most.max(c.abs()));
     let at_value = |level: f64, found: &mut Vec<f64>| {
-        let mut beyond = field.0.to_vec();
+        let mut beyond = field.coefficients().to_vec();
         beyond[0] -= level;
         sign_changes(&beyond, NOISE * largest.max(level.abs()), found);
     };
@@ -117,9 +117,9 @@ pub(super) fn cuts(transfer: &Transfer2d, field: &Cubic, squared: &[f64], scale:
     };
     // Where |v - level| = per_size |g|.
     let at_side = |level: f64, per_size: f64, found: &mut Vec<f64>| {
-        let mut away = field.0.to_vec();
+        let mut away = field.coefficients().to_vec();
         away[0] -= level;
-        let mut beyond = vec![0.0; 7];
+        let mut beyond = vec![0.0; (2 * away.len() - 1).max(squared.len())];
         add(&mut beyond, &product(&away, &away));
         let unit = (per_size * scale) * (per_size * scale);
         let most = largest.max(level.abs());

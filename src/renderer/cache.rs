@@ -4,8 +4,11 @@ use super::job::Clock;
 use crate::opengl::{Texture, TextureKey};
 use crate::plan::{MergedData, Prepared, TransferData, TransferKey, VolumeData};
 use crate::proxy::Domain;
+use crate::scene::Filter;
 use crate::skip::{Runs, SkipTable};
 use crate::volume::Volume;
+use crate::volume::spline::Coefficients;
+use crate::{Error, Result};
 use std::sync::Arc;
 
 /// Tables for so many thicknesses of slabs are kept: a picture to a tolerance takes several.
@@ -14,11 +17,15 @@ const KEPT: usize = 8;
 /// What depends on volume and transfer function, and the skip tables of the latest views.
 #[derive(Default)]
 pub(super) struct Cache {
-    pub(super) volume: Option<Arc<VolumeData>>,
+    volume: Option<Arc<VolumeData>>,
+    /// What depends on the volume where the spline over it is looked up, and whether that is prefiltered.
+    spline: Option<(bool, Arc<VolumeData>)>,
+    /// What the tables are for: the voxels themselves, or the spline with or without prefilter.
+    filter: Option<bool>,
     /// The whole that the volume was taken for a part of.
     domain: Option<Domain>,
     /// Latest first.
-    pub(super) entries: Vec<Entry>,
+    entries: Vec<Entry>,
     /// The profile opengl's texture, and what it was made for.
     pub(super) texture: Option<(TextureKey, Texture)>,
 }
@@ -32,18 +39,56 @@ pub(super) struct Entry {
 }
 
 impl Cache {
-    /// What depends on `volume` alone, and on the whole where it is a part of one.
-    pub(super) fn volume_data(&mut self, volume: &Volume, domain: Option<&Domain>, clock: &mut Clock) -> Arc<VolumeData> {
+    /// What depends on `volume` alone and on how lookups `filter` it, and on the whole where it is a part of one.
+    ///
+    /// # Errors
+    /// [`Error::Limit`] when a spline's coefficients take more than `limit` bytes, [`Error::Invalid`] when this machine does not give that many.
+    pub(super) fn volume_data(
+        &mut self,
+        volume: &Volume,
+        (filter, limit): (Filter, u64),
+        domain: Option<&Domain>,
+        clock: &mut Clock,
+    ) -> Result<Arc<VolumeData>> {
         if self.domain.as_ref() != domain {
             *self = Self { domain: domain.cloned(), ..Self::default() };
         }
-        let make = || clock.prepare(|| Arc::new(VolumeData::new(volume, domain)));
-        Arc::clone(self.volume.get_or_insert_with(make))
+        let filter = if let Filter::Cubic { prefilter } = filter { Some(prefilter) } else { None };
+        if self.filter != filter {
+            // A spline's values have another range.
+            self.entries.clear();
+            self.filter = filter;
+        }
+        let Some(prefilter) = filter else {
+            let make = || clock.prepare(|| Arc::new(VolumeData::new(volume, domain)));
+            return Ok(Arc::clone(self.volume.get_or_insert_with(make)));
+        };
+        if let Some((_, data)) = self.spline.as_ref().filter(|kept| kept.0 == prefilter) {
+            return Ok(Arc::clone(data));
+        }
+        let bytes = Coefficients::bytes(volume.grid().dims());
+        if bytes > u128::from(limit) {
+            let what = "render filter cubic: bytes of coefficients".into();
+            return Err(Error::Limit { what, needed: bytes, limit: u128::from(limit) });
+        }
+        // Never two of them at once.
+        self.spline = None;
+        let data = clock.prepare(|| VolumeData::of_spline(volume, prefilter).map(Arc::new)).ok_or_else(|| {
+            Error::invalid(format!("render filter cubic: {bytes} bytes of coefficients, this machine does not give that much memory"))
+        })?;
+        self.spline = Some((prefilter, Arc::clone(&data)));
+        Ok(data)
+    }
+
+    /// What [`Cache::volume_data`] gave last, and the tables made from it.
+    pub(super) fn kept(&mut self) -> (Option<&VolumeData>, &mut Vec<Entry>) {
+        let data = if self.filter.is_some() { self.spline.as_ref().map(|s| &*s.1) } else { self.volume.as_deref() };
+        (data, &mut self.entries)
     }
 
     /// Voxels of `volume` that are NaN or infinite, as far as they have been counted.
     pub(super) fn non_finite(&self) -> usize {
-        self.volume.as_ref().map_or(0, |data| data.bricks.non_finite)
+        self.volume.as_ref().or(self.spline.as_ref().map(|s| &s.1)).map_or(0, |data| data.bricks.non_finite)
     }
 
     /// The cache as a plan sees it, of `volume` and its `data`; what is made goes by `clock`.

@@ -162,6 +162,11 @@ impl Renderer {
                 "transfer classification: a part of a volume is rendered by post or pre, slabs of which have one value",
             ));
         }
+        if method.filter.is_cubic() {
+            return Err(Error::invalid(
+                "render filter cubic: a spline depends on voxels all around, of which a part of a volume has not all",
+            ));
+        }
         if method.merge {
             return Err(Error::invalid("slices merge: a part of a volume is rendered slice by slice"));
         }

@@ -47,7 +47,8 @@ impl Renderer {
     ) -> Result<FrameResult> {
         let (scene, volume) = (job.scene, Arc::clone(&self.volume));
         let Request { stack, terminate, blocks, domain } = request;
-        let data = self.cache.volume_data(&volume, domain, &mut job.clock);
+        let lookups = (scene.method().filter, self.settings.limits.voxel_bytes);
+        let data = self.cache.volume_data(&volume, lookups, domain, &mut job.clock)?;
         crate::lean::check(scene, data.bricks.non_finite)?;
         let subject = Subject { scene, volume: &volume, data: &data, stack, terminate, level: self.level, observed: O::OBSERVES, domain };
         let plan = FramePlan::new(subject, &mut self.cache.keeper(&volume, &data, &mut job.clock));
@@ -90,9 +91,10 @@ impl Renderer {
         let view = scene.camera().resolve(self.volume.grid(), width, height).ok()?;
         let stack = Stack::new(self.volume.grid(), &view, scene.clip_planes(), count);
         let mut clock = super::job::Clock::default();
-        self.cache.volume_data(&self.volume, None, &mut clock);
-        let super::cache::Cache { volume: data, entries, .. } = &mut self.cache;
-        let data = data.as_deref()?;
+        let lookups = (scene.method().filter, self.settings.limits.voxel_bytes);
+        self.cache.volume_data(&self.volume, lookups, None, &mut clock).ok()?;
+        let (data, entries) = self.cache.kept();
+        let data = data?;
         let subject = Subject {
             scene,
             volume: &self.volume,

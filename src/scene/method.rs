@@ -29,6 +29,23 @@ pub enum Filter {
     Linear,
     /// The nearest voxel.
     Nearest,
+    /// The tricubic B-spline over the 4 x 4 x 4 voxels around: twice continuously differentiable, so that neither slopes nor curvature
+    /// jump from cell to cell.
+    Cubic {
+        /// Whether the spline goes through the voxels: its coefficients are computed from them once (and kept as f32: four bytes a voxel),
+        /// and between sharply different voxels its values leave their range. Otherwise the voxels are the coefficients, which smooths them.
+        prefilter: bool,
+    },
+}
+
+impl Filter {
+    /// The spline that goes through the voxels.
+    pub const CUBIC: Self = Self::Cubic { prefilter: true };
+
+    /// Whether it is the spline, with coefficients of either kind.
+    pub const fn is_cubic(self) -> bool {
+        matches!(self, Self::Cubic { .. })
+    }
 }
 
 /// How the opacity of a slab is computed from its extinction kappa and its length L.
@@ -222,6 +239,9 @@ impl Method {
             ];
             let wants: Vec<&str> = others.iter().filter(|(_, other)| *other).map(|(what, _)| *what).collect();
             return Err(Error::invalid(format!("slices merge: is for {}", wants.join(" and "))));
+        }
+        if self.filter.is_cubic() && self.classification == Classification::Pre {
+            return Err(Error::invalid("render filter cubic: is computed from values, and pre-classified voxels are colours; choose post"));
         }
         if self.is_pre_integrated() && self.slab == SlabForm::Riemann {
             return Err(Error::invalid("slices slab riemann: pre-integrated slabs are integrals already; choose exponential"));

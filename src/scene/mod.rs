@@ -393,6 +393,8 @@ impl Scene {
             }
         } else if self.linear_light() {
             return Err(Error::invalid("render linear_light: the profile opengl blends the display's numbers"));
+        } else if m.filter.is_cubic() {
+            return Err(Error::invalid("render filter cubic: the profile opengl has linear and nearest"));
         } else if m.is_pre_integrated() {
             return Err(Error::invalid("transfer classification: the profile opengl has post and pre"));
         } else if *m != plain {

@@ -324,6 +324,9 @@ impl OpenGl {
                 return Err(Error::invalid(format!("opengl {name} {c}: outside [0,1]")));
             }
         }
+        if self.table_filter.is_cubic() || self.min_filter.is_some_and(Filter::is_cubic) {
+            return Err(Error::invalid("opengl table_filter, min_filter cubic: there are linear and nearest"));
+        }
         if let Some(test) = self.alpha_test.filter(|t| !(0.0..=1.0).contains(&t.reference)) {
             return Err(Error::invalid(format!("opengl alpha_reference {}: outside [0,1]", test.reference)));
         }

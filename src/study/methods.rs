@@ -165,6 +165,12 @@ pub const METHODS: &[NamedMethod] = &[
         first: LONG,
         ..PLAIN
     },
+    NamedMethod {
+        name: "cubic",
+        about: "midpoint on the cubic spline through the voxels, held against the reference of that spline",
+        method: Method { filter: Filter::CUBIC, ..BASE },
+        ..PLAIN
+    },
 ];
 
 #[cfg(test)]

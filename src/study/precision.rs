@@ -6,16 +6,17 @@ use super::record::{MethodRecord, Point, Record, Setting};
 use super::{advice, balance, cost, gradients, stages};
 use crate::reference::metrics::{self, Displayed};
 use crate::reference::{ReferenceImage, Region, image};
-use crate::scene::{Accumulation, Slicing};
+use crate::scene::{Accumulation, Filter, Slicing};
 use crate::{Error, Picture, Renderer, Result, Scene, Settings, Volume};
 use rayon::ThreadPoolBuilder;
 use std::time::Instant;
 
 /// Seconds a study may take unless told.
 const BUDGET: f64 = 60.0;
-/// Parts of the budget that are gone when the reference is there, then the pictures, their SSIM and FLIP, their repetitions, the
+/// Parts of the budget that are gone when the reference is there, then that of the spline, the pictures, their SSIM and FLIP, their repetitions, the
 /// stages, the kinds of gradient, the threads, the sizes.
 const REFERENCE: f64 = 0.15;
+const SPLINE: f64 = 0.22;
 const FIRST: f64 = 0.55;
 const JUDGED: f64 = 0.62;
 const PICTURES: f64 = 0.8;
@@ -96,6 +97,8 @@ pub struct Study {
 
 /// Studies `scene` over `volume`.
 ///
+/// Whatever the scene's own filter is, methods are held against the reference of theirs: the trilinear field's, or the spline's.
+///
 /// Errors are measured on red, green and blue over black, on every k-th column and row where the reference of all pixels would
 /// take too long; times are for the whole picture, the shortest of several after a first one. Pixels end at a transmittance
 /// of the scene's own times (256 / N)^2 at N slices above 256, so that ending early never sets the error.
@@ -116,9 +119,16 @@ pub fn study(volume: &Volume, scene: &Scene, options: &Options) -> Result<Study>
     let clock = Clock::new(options.budget, options.settings.progress.clone());
     let settings = Settings { progress: clock.progress(), ..options.settings.clone() };
     clock.now("reference")?;
-    let (reference, reference_seconds) = make_reference(volume, scene, &settings, &clock)?;
+    let filtered = |filter| scene.clone().with_method(scene.method().with_filter(filter));
+    let (reference, reference_seconds) = make_reference(volume, &filtered(Filter::Linear)?, &settings, || clock.left(REFERENCE))?;
     let region = reference.region();
-    let bench = Bench { reference: Displayed::over_black(reference.size().0, reference.pixels())?, region, clock: &clock };
+    let spline = if options.methods.iter().any(|m| m.method.filter.is_cubic()) {
+        let (spline, _) = make_reference(volume, &filtered(Filter::CUBIC)?, &settings, || clock.left(SPLINE))?;
+        Some(Truth::new(&spline)?)
+    } else {
+        None
+    };
+    let bench = Bench { reference: Truth::new(&reference)?, spline, clock: &clock };
     let mut renderer = Renderer::new(volume, settings);
     let (_, stats) = renderer.render(scene)?;
     let slices = if matches!(scene.slicing(), Slicing::Tolerance(_)) { 256 } else { stats.slices.max(1) };
@@ -178,11 +188,11 @@ pub fn study(volume: &Volume, scene: &Scene, options: &Options) -> Result<Study>
         version: env!("CARGO_PKG_VERSION").into(),
     };
     let record = Record { setting, methods, points: found.points, stages, costs, gradients, balance, advice, pre_integration };
-    Ok(Study { record, reference: bench.reference, pictures: found.pictures })
+    Ok(Study { record, reference: bench.reference.shown, pictures: found.pictures })
 }
 
 /// The reference on as many pixels as its part of the budget pays for, and the seconds it took.
-fn make_reference(volume: &Volume, scene: &Scene, settings: &Settings, clock: &Clock) -> Result<(ReferenceImage, f64)> {
+fn make_reference(volume: &Volume, scene: &Scene, settings: &Settings, left: impl Fn() -> f64) -> Result<(ReferenceImage, f64)> {
     let mut builder = ThreadPoolBuilder::new();
     if let Some(threads) = settings.threads {
         builder = builder.num_threads(threads);
@@ -195,7 +205,7 @@ fn make_reference(volume: &Volume, scene: &Scene, settings: &Settings, clock: &C
     let probed = start.elapsed().as_secs_f64();
     let per_pixel = probed / probe.pixels().len() as f64;
     // Every step-th column and row of so many pixels as there is time for.
-    let affordable = clock.left(REFERENCE) / per_pixel;
+    let affordable = left() / per_pixel;
     let step = libm::ceil((f64::from(width) * f64::from(height) / affordable.max(1.0)).sqrt()).clamp(1.0, f64::from(coarse)) as u32;
     if step == coarse {
         return Ok((probe, probed));
@@ -217,10 +227,40 @@ struct Found {
     quality: bool,
 }
 
+/// A reference, on every so many columns and rows.
+struct Truth {
+    shown: Displayed,
+    region: Region,
+}
+
+impl Truth {
+    fn new(reference: &ReferenceImage) -> Result<Self> {
+        Ok(Self { shown: Displayed::over_black(reference.size().0, reference.pixels())?, region: reference.region() })
+    }
+
+    /// A picture on the pixels that the reference has.
+    fn sampled(&self, picture: &Picture) -> Result<Displayed> {
+        let step = self.region.step as usize;
+        let width = picture.width() as usize;
+        let rows = picture.pixels().chunks(width).step_by(step);
+        let pixels: Vec<[f32; 4]> = rows.flat_map(|row| row.iter().step_by(step).copied()).collect();
+        Displayed::over_black(width.div_ceil(step), &pixels)
+    }
+
+    /// SSIM and FLIP.
+    fn quality(&self, shown: &Displayed) -> Result<(f64, f64)> {
+        let (ssim, flip) =
+            rayon::join(|| metrics::ssim(&self.shown, shown), || metrics::flip(&self.shown, shown, metrics::DEFAULT_PIXELS_PER_DEGREE));
+        Ok((ssim?, flip?))
+    }
+}
+
 /// What pictures are held against.
 struct Bench<'c> {
-    reference: Displayed,
-    region: Region,
+    /// The trilinear field's.
+    reference: Truth,
+    /// The spline's, where a method looks that up.
+    spline: Option<Truth>,
     clock: &'c Clock,
 }
 
@@ -229,6 +269,7 @@ impl Bench<'_> {
     fn series(&self, renderer: &mut Renderer, scene: &Scene, method: &NamedMethod, share: f64, found: &mut Found) -> Result<()> {
         let end = self.clock.gone() + share;
         let base = scene.clone().with_method(method.method)?;
+        let truth = self.truth(method);
         let steps: Vec<(Slicing, Option<f64>)> = if method.tolerance {
             TOLERANCES.iter().map(|&t| (Slicing::Tolerance(t), Some(t))).collect()
         } else {
@@ -246,20 +287,21 @@ impl Bench<'_> {
             let scene = base.clone().with_slices(slicing)?.with_terminate(terminate(base.terminate(), slicing))?;
             let (picture, stats) = renderer.render(&scene)?;
             let seconds = stats.render_seconds.min(renderer.render(&scene)?.1.render_seconds);
-            let shown = sampled(&picture, self.region.step)?;
+            let shown = truth.sampled(&picture)?;
             let slices = match slicing {
                 Slicing::Count(n) => n,
                 _ => stats.slices,
             };
-            let difference = metrics::difference(&self.reference, &shown)?;
+            let difference = metrics::difference(&truth.shown, &shown)?;
             let compared = difference.steps.iter().sum::<u64>().max(1);
             let at_scene = slices == found.slices.next_power_of_two() && tolerance.is_none();
-            let quality = found.quality.then(|| self.quality(&shown)).transpose()?;
+            let quality = found.quality.then(|| truth.quality(&shown)).transpose()?;
             let change = match (&before, tolerance) {
                 (Some(before), None) => Some(metrics::difference(before, &shown)?.rms),
                 _ => None,
             };
-            if at_scene {
+            // The spline's pictures show another field than the reference beside them.
+            if at_scene && !method.method.filter.is_cubic() {
                 found.pictures.push((method.name.into(), slices, shown.clone()));
             }
             found.points.push(Point {
@@ -291,6 +333,11 @@ impl Bench<'_> {
         Ok(())
     }
 
+    /// What pictures of `method` are held against.
+    fn truth(&self, method: &NamedMethod) -> &Truth {
+        self.spline.as_ref().filter(|_| method.method.filter.is_cubic()).unwrap_or(&self.reference)
+    }
+
     /// SSIM and FLIP of the pictures at the scene's slice count at least, while there is time.
     fn judge_pictures(&self, found: &mut Found) -> Result<()> {
         for (method, slices, shown) in &found.pictures {
@@ -301,7 +348,7 @@ impl Bench<'_> {
                 break;
             }
             self.clock.now("SSIM and FLIP")?;
-            let (ssim, flip) = self.quality(shown)?;
+            let (ssim, flip) = self.reference.quality(shown)?;
             (point.ssim, point.flip) = (Some(ssim), Some(flip));
         }
         Ok(())
@@ -323,19 +370,10 @@ impl Bench<'_> {
         Ok(())
     }
 
-    /// SSIM and FLIP.
-    fn quality(&self, shown: &Displayed) -> Result<(f64, f64)> {
-        let (ssim, flip) = rayon::join(
-            || metrics::ssim(&self.reference, shown),
-            || metrics::flip(&self.reference, shown, metrics::DEFAULT_PIXELS_PER_DEGREE),
-        );
-        Ok((ssim?, flip?))
-    }
-
     /// Whether SSIM and FLIP of about ten pictures of each method would take a small part of the time that is left.
     fn quality_fits(&self, methods: usize) -> Result<bool> {
         let start = Instant::now();
-        self.quality(&self.reference)?;
+        self.reference.quality(&self.reference.shown)?;
         Ok(start.elapsed().as_secs_f64() * 10.0 * (methods as f64) < 0.15 * self.clock.left(FIRST))
     }
 }

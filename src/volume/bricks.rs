@@ -32,7 +32,7 @@ impl Bricks {
 }
 
 /// Bricks that n voxels make: one for each 4 cells begun, and at least one.
-fn count(n: usize) -> usize {
+pub(super) fn count(n: usize) -> usize {
     n.saturating_sub(1).div_ceil(BRICK).max(1)
 }
 
@@ -161,13 +161,13 @@ fn add_rows<T: Voxel>(low: &mut [T], high: &mut [T], rows: &[T], none: Range<T>)
 }
 
 /// The largest f32 that is not above x.
-fn below(x: f64) -> f32 {
+pub(super) fn below(x: f64) -> f32 {
     let near = x as f32;
     if f64::from(near) <= x { near } else { -next_above(-near) }
 }
 
 /// The smallest f32 that is not below x.
-fn above(x: f64) -> f32 {
+pub(super) fn above(x: f64) -> f32 {
     -below(-x)
 }
 

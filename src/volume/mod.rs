@@ -11,6 +11,7 @@ pub(crate) mod packed;
 pub mod phantom;
 #[cfg(feature = "formats")]
 mod source;
+pub(crate) mod spline;
 mod stats;
 mod voxels;
 

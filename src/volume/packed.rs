@@ -56,11 +56,11 @@ impl Packed {
     }
 }
 
-/// Distances from row to row and from layer to layer, in pairs of `bytes`.
+/// Distances from row to row and from layer to layer, in elements of so many `bytes`.
 ///
 /// The sides of most volumes are powers of two. A cache keeps lines whose addresses are a power of two apart in the same few places, so the
 /// lookups of a block, which are spread over rows and layers, would drive each other out of it. Gaps prevent that.
-fn strides([nx, ny, _]: [usize; 3], bytes: usize) -> [usize; 2] {
+pub(super) fn strides([nx, ny, _]: [usize; 3], bytes: usize) -> [usize; 2] {
     let line = LINE / bytes;
     let row = if nx * bytes % (32 * LINE) == 0 { nx + line } else { nx };
     let layer = row * ny;

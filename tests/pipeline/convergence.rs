@@ -56,7 +56,7 @@ fn expect_order_2(what: &str, volume: &Volume, scene: Scene, counts: &[u64]) {
 }
 
 /// A smooth field that sinks to 0 before the faces of the box, so that grazing rays meet nothing.
-fn island() -> Volume {
+pub(super) fn island() -> Volume {
     let hill =
         |p: [f64; 3]| p.map(|x| (1.0 - x * x).max(0.0)).iter().product::<f64>() * (1.0 + 0.3 * (3.0 * p[0] + 2.0 * p[1]).sin()) / 1.3;
     spread(oblique([64, 60, 56]), &hill)

@@ -5,6 +5,7 @@
 mod blending;
 mod closed;
 mod convergence;
+mod cubic;
 mod extremes;
 mod fog;
 mod light;

@@ -29,6 +29,8 @@ fn skipping_changes_no_bit() {
         by(Classification::Pre),
         Method::default().with_sample(SampleAt::End),
         by(Classification::SecondOrder).with_filter(Filter::Nearest),
+        Method::default().with_filter(Filter::CUBIC),
+        by(Classification::PreIntegrated).with_filter(Filter::Cubic { prefilter: false }),
     ];
     let mut saved = 0;
     for volume in &volumes {

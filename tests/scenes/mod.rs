@@ -254,6 +254,16 @@ pub(crate) fn samples() -> Vec<Sample> {
     add("pre-classified-16", cloud(20, VoxelType::U16), thin(by(near(s()), base.with_classification(Classification::Pre))));
     add("nearest", cloud(20, VoxelType::U8), thin(by(looked(s(), 30.0, 20.0, 0.0, 1.3, PARALLEL), base.with_filter(Filter::Nearest))));
     add("nearest-pairs", cloud(20, VoxelType::I32), thin(by(near(few()), pairs.with_filter(Filter::Nearest))));
+    add("cubic", cloud(20, VoxelType::U8), thin(by(near(s()), base.with_filter(Filter::CUBIC))));
+    add(
+        "cubic-smooth-holes",
+        {
+            let Voxels::F32(mut v) = head().voxels().clone() else { unreachable!("the head is f32") };
+            v.iter_mut().step_by(337).for_each(|x| *x = f32::NAN);
+            Volume::new(head().grid().clone(), Voxels::F32(v)).unwrap()
+        },
+        by(looked(few(), 30.0, 20.0, 0.0, 1.3, PARALLEL), second.with_filter(Filter::Cubic { prefilter: false })),
+    );
     add("linear-light", head(), near(s()).with_linear_light(true).unwrap());
     add("riemann", head(), by(near(s()), base.with_slab(SlabForm::Riemann)));
     add("riemann-coarse", head(), by(near(scene((48, 40), 3)).with_opacity_unit(0.2).unwrap(), base.with_slab(SlabForm::Riemann)));

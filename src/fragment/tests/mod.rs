@@ -10,6 +10,7 @@
 
 mod blend;
 mod classify;
+mod cubic;
 mod fetch;
 mod gradient;
 mod levels;
@@ -52,6 +53,7 @@ fn twins(id: StageId) -> &'static [fn()] {
             fetch::single_voxels,
             fetch::nearest_voxels,
             fetch::corners,
+            cubic::values,
         ],
         StageId::Guard => &[fetch::guard],
         StageId::Keep => &[fetch::keep],
@@ -261,6 +263,7 @@ fn frame<'v>(voxels: &'v Voxels, n: &mut Numbers) -> Frame<'v> {
         sample: SampleFrame {
             voxels: voxels.slices(),
             packed: None,
+            coefficients: None,
             strides: [1, DIMS[0], DIMS[0] * DIMS[1]],
             far: false,
             to_f32: None,

@@ -271,7 +271,7 @@ fn gradients_are_those_of_small_differences_and_of_the_same_sums() {
             let low: [i64; 3] = [0, 1, 2].map(|a: usize| (r.next() * (dims[a] + 1) as f64) as i64 - 1);
             let place = [r.next(), r.next(), r.next()];
             let step = [0, 1, 2].map(|a: usize| r.within(-place[a], 1.0 - place[a]));
-            let along = gradients.along(low, place, step).unwrap();
+            let along = gradients.along(low, place, step, None).unwrap();
             for s in [0.0, 0.3, 1.0] {
                 let index = DVec3::from_array([0, 1, 2].map(|a: usize| low[a] as f64 + place[a] + s * step[a]));
                 let want = gradient(&volume, kind, volume.grid().index_to_world().transform_point3(index));

@@ -35,7 +35,7 @@ impl Renderer {
             let before = pixels.to_vec();
             let mut coarse = before.clone();
             done.add(&self.frame(job, finer(count)?, terminate, None, pixels)?);
-            extrapolate(&mut coarse, pixels, method);
+            extrapolate(&mut coarse, pixels, crate::plan::order(job.scene));
             // On real data the series is not smooth, and what is extrapolated may be no better than the pictures it came from.
             let error = self.settings.estimate.then(|| rms(&before, pixels));
             pixels.copy_from_slice(&coarse);
@@ -47,7 +47,7 @@ impl Renderer {
         let mut fine = pixels.to_vec();
         // Ending pixels early is an error too.
         done.cost(&self.frame(job, finer(count)?, terminate * LATER, None, &mut fine)?);
-        Ok((done, Some(rms(pixels, &fine) * share(method))))
+        Ok((done, Some(rms(pixels, &fine) * share(crate::plan::order(job.scene)))))
     }
 
     /// `pixels` to `tolerance`, each block in as many slices as it needs; and the error estimated.
@@ -110,7 +110,7 @@ impl Renderer {
         let (width, height) = (job.view.width as usize, job.view.height as usize);
         // Values that are projected are no sums over slabs: their errors fall with the slices' number at best.
         let values = !matches!(job.scene.blend(), Blend::Over | Blend::Add);
-        let first_order = values || crate::plan::method(job.scene).order() == 1;
+        let first_order = values || crate::plan::order(job.scene) == 1;
         let parts = std::cell::RefCell::new((self, job, None::<FrameResult>));
         let render = |count: u64, blocks: Option<&BlockMask>, pixels: &mut [[f32; 4]]| {
             let (renderer, job, done) = &mut *parts.borrow_mut();
@@ -184,15 +184,15 @@ impl Renderer {
 /// Transmittance at which pixels of an estimate's second picture end, as a share of the picture's own.
 const LATER: f32 = 1.0 / 64.0;
 
-/// Error of N slices over their difference to 2 N, when the error falls with the method's order p: 2^p / (2^p - 1).
-fn share(method: Method) -> f64 {
-    let power = f64::from(1u32 << method.order());
+/// Error of N slices over their difference to 2 N, when the error falls with order p: 2^p / (2^p - 1).
+fn share(order: u32) -> f64 {
+    let power = f64::from(1u32 << order);
     power / (power - 1.0)
 }
 
 /// Turns `coarse` into what a series of pictures leads to (Richardson 1911): fine + (fine - coarse) / (2^p - 1), within [0,1].
-fn extrapolate(coarse: &mut [[f32; 4]], fine: &[[f32; 4]], method: Method) {
-    let rest = 1.0 / (f64::from(1u32 << method.order()) - 1.0);
+fn extrapolate(coarse: &mut [[f32; 4]], fine: &[[f32; 4]], order: u32) {
+    let rest = 1.0 / (f64::from(1u32 << order) - 1.0);
     for (coarse, fine) in coarse.iter_mut().zip(fine) {
         for (c, &f) in coarse.iter_mut().zip(fine) {
             let f = f64::from(f);

@@ -1,6 +1,5 @@
 //! The section `[opengl]`: its keys, and the pipeline's state from them.
 
-use super::render::FilterKey;
 use super::section::{Context, choices};
 use crate::Result;
 use crate::scene::{
@@ -17,7 +16,7 @@ pub(super) struct OpenGlKeys {
     /// Numbers of the texture: unorm8 (R8, or RGBA8 when pre-classified; the default) or f32.
     pub texture: Option<FormatKey>,
     /// Filter where texels are smaller than pixels; that of render.filter unless given.
-    pub min_filter: Option<FilterKey>,
+    pub min_filter: Option<TexelFilterKey>,
     /// Numbers that 8-bit textures and tables are filtered in: float (the default) or fixed (weights in steps of 1/256, results rounded
     /// to 8 bits, as drivers for the CPU do).
     pub filter_arithmetic: Option<ArithmeticKey>,
@@ -38,7 +37,7 @@ pub(super) struct OpenGlKeys {
     /// Numbers of the table of 256 colours; unorm8 for fixed-point targets and f32 for a float one unless given.
     pub table: Option<FormatKey>,
     /// Filter of the table; linear unless given.
-    pub table_filter: Option<FilterKey>,
+    pub table_filter: Option<TexelFilterKey>,
     /// Colours of the table: premultiplied by opacity (the default) or straight.
     pub table_colors: Option<ColorsKey>,
     /// What becomes of the texture's colour: replace (the default) or modulate, by primary_color.
@@ -74,6 +73,7 @@ pub(super) struct OpenGlKeys {
 
 choices! {
     FormatKey => TextureFormat { Unorm8, F32 }
+    TexelFilterKey => Filter { Linear, Nearest }
     WrapKey => Wrap { ClampToEdge, ClampToBorder, Repeat }
     ColorsKey => TableColors { Premultiplied, Straight }
     EnvironmentKey => Environment { Replace, Modulate }

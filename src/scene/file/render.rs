@@ -12,8 +12,10 @@ use serde::Deserialize;
 pub(super) struct RenderKeys {
     /// Exact slabs (accurate, the default) or what an OpenGL 1.x driver does (opengl).
     pub profile: Option<ProfileKey>,
-    /// What a lookup between voxels gives: linear interpolation (the default) or the nearest voxel.
+    /// What a lookup between voxels gives: linear interpolation (the default), the nearest voxel, or a smooth cubic spline.
     pub filter: Option<FilterKey>,
+    /// cubic: whether the spline goes through the voxels (true unless given) or smooths them.
+    pub prefilter: Option<bool>,
     /// Numbers that fragments are blended in; f32 unless given, in the profile opengl unorm8. unorm16 is for that profile alone.
     pub target: Option<TargetKey>,
     /// How fragments of a pixel combine; over unless given.
@@ -28,7 +30,7 @@ pub(super) struct RenderKeys {
 
 choices! {
     ProfileKey { Accurate, Opengl }
-    FilterKey => Filter { Linear, Nearest }
+    FilterKey { Linear, Nearest, Cubic }
     TargetKey => Target { F32, Unorm8, Unorm16 }
     BlendKey { Over, Mip, Min, Lmip, Average, Add, Iso }
 }
@@ -41,7 +43,12 @@ impl RenderKeys {
 
     /// The part of the method that stands in this section.
     pub(super) fn method(&self, mut method: Method) -> Method {
-        method.filter = self.filter.map_or(method.filter, Filter::from);
+        method.filter = match self.filter {
+            None => method.filter,
+            Some(FilterKey::Linear) => Filter::Linear,
+            Some(FilterKey::Nearest) => Filter::Nearest,
+            Some(FilterKey::Cubic) => Filter::Cubic { prefilter: self.prefilter != Some(false) },
+        };
         method.target = self.target.map_or(method.target, Target::from);
         method
     }
@@ -51,6 +58,10 @@ impl RenderKeys {
         let kind = self.blend.unwrap_or(BlendKey::Over);
         cx.refuse(&[("render.threshold", self.threshold.is_some() && kind != BlendKey::Lmip)], "is for render.blend = \"lmip\" alone")?;
         cx.refuse(&[("render.level", self.level.is_some() && kind != BlendKey::Iso)], "is for render.blend = \"iso\" alone")?;
+        cx.refuse(
+            &[("render.prefilter", self.prefilter.is_some() && self.filter != Some(FilterKey::Cubic))],
+            "is for render.filter = \"cubic\" alone",
+        )?;
         let merge = scene.method().merge;
         cx.refuse(&[("slices.merge", merge && kind != BlendKey::Over)], "is for render.blend = \"over\" alone")?;
         let scene = scene.with_linear_light(self.linear_light == Some(true))?;

@@ -324,6 +324,10 @@ fn bad_scenes_say_what_is_wrong_and_where() {
             "line 4: render linear_light: the profile opengl blends the display's numbers",
         ),
         ("[render]\nblend = \"max\"", "line 4: render.blend: unknown variant `max`"),
+        ("[render]\nprefilter = true", "line 4: render.prefilter: is for render.filter = \"cubic\" alone"),
+        ("[render]\nfilter = \"linear\"\nprefilter = false", "line 5: render.prefilter: is for render.filter = \"cubic\" alone"),
+        ("[render]\nfilter = \"cubic\"\n[transfer]\nclassification = \"pre\"", "line 4: render filter cubic: is computed from values"),
+        ("[render]\nfilter = \"cubic\"\n[slices]\nmerge = true", "line 6: slices merge: is for the linear filter (render.filter)"),
         ("[render]\nlevel = 3", "line 4: render.level: is for render.blend = \"iso\" alone"),
         ("[render]\nthreshold = 3", "line 4: render.threshold: is for render.blend = \"lmip\" alone"),
         ("[render]\nblend = \"iso\"\nlevel = inf", "line 5: render level inf"),
@@ -362,6 +366,8 @@ fn bad_scenes_say_what_is_wrong_and_where() {
         ("[slices]\ntolerance = 0.1", "line 6: slices.tolerance: belongs to the profile accurate"),
         ("[slices]\nterminate = 0", "line 6: slices.terminate: belongs to the profile accurate"),
         ("[transfer]\nclassification = \"pre-integrated\"", "transfer classification: the profile opengl has post and pre"),
+        ("filter = \"cubic\"", "render filter cubic: the profile opengl has linear and nearest"),
+        ("[opengl]\nmin_filter = \"cubic\"", "line 6: opengl.min_filter: unknown variant `cubic`"),
     ];
     for (text, want) in opengl {
         let line = refusal(&format!("{PHANTOM}[render]\nprofile = \"opengl\"\n{text}"));
