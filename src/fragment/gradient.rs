@@ -117,9 +117,7 @@ fn central<L: Lanes>(v: &[L::F; 32], [x, y, z]: [L::F; 3]) -> [L::F; 3] {
     let [(d00, e00), (d10, e10), (d01, e01), (d11, e11)] = [edge(0), edge(1), edge(2), edge(3)];
     let along_x = lerp::<L>(lerp::<L>(d00, d10, y), lerp::<L>(d01, d11, y), z);
     let beside = |at: usize| lerp::<L>(v[at], v[at + 1], x);
-    let slope_y = |before: usize, here: L::F, next: L::F| {
-        lerp::<L>(L::sub(next, beside(before)), L::sub(beside(before + 2), here), y)
-    };
+    let slope_y = |before: usize, here: L::F, next: L::F| lerp::<L>(L::sub(next, beside(before)), L::sub(beside(before + 2), here), y);
     let along_y = lerp::<L>(slope_y(16, e00, e10), slope_y(20, e01, e11), z);
     let plane = |at: usize| lerp::<L>(beside(at), beside(at + 2), y);
     let (here, next) = (lerp::<L>(e00, e10, y), lerp::<L>(e01, e11, y));
@@ -219,10 +217,38 @@ fn cross8<L: Lanes, const SIGNED: bool>(packed: &[u16], batch: &Batch, r: usize)
     let right = |at: usize| byte::<L, SIGNED, 2>(q[at]);
     let right_next = |at: usize| byte::<L, SIGNED, 3>(q[at]);
     [
-        low(0), right(0), low(1), right(1), next(0), right_next(0), next(1), right_next(1),
-        low(2), right(2), low(3), right(3), next(2), right_next(2), next(3), right_next(3),
-        low(4), right(4), next(5), right_next(5), low(6), right(6), next(7), right_next(7),
-        low(8), right(8), next(8), right_next(8), low(9), right(9), next(9), right_next(9),
+        low(0),
+        right(0),
+        low(1),
+        right(1),
+        next(0),
+        right_next(0),
+        next(1),
+        right_next(1),
+        low(2),
+        right(2),
+        low(3),
+        right(3),
+        next(2),
+        right_next(2),
+        next(3),
+        right_next(3),
+        low(4),
+        right(4),
+        next(5),
+        right_next(5),
+        low(6),
+        right(6),
+        next(7),
+        right_next(7),
+        low(8),
+        right(8),
+        next(8),
+        right_next(8),
+        low(9),
+        right(9),
+        next(9),
+        right_next(9),
     ]
 }
 
@@ -237,10 +263,38 @@ fn cross16<L: Lanes, const SIGNED: bool>(packed: &[u32], batch: &Batch, r: usize
         if SIGNED { L::to_f(L::sar::<16>(q[at])) } else { L::to_f(L::and_i(L::sar::<16>(q[at]), L::splat_i(0xffff))) }
     };
     [
-        here(0), here(1), here(2), here(3), next(0), next(1), next(2), next(3),
-        here(4), here(5), here(6), here(7), next(4), next(5), next(6), next(7),
-        here(8), here(9), next(10), next(11), here(12), here(13), next(14), next(15),
-        here(16), here(17), next(16), next(17), here(18), here(19), next(18), next(19),
+        here(0),
+        here(1),
+        here(2),
+        here(3),
+        next(0),
+        next(1),
+        next(2),
+        next(3),
+        here(4),
+        here(5),
+        here(6),
+        here(7),
+        next(4),
+        next(5),
+        next(6),
+        next(7),
+        here(8),
+        here(9),
+        next(10),
+        next(11),
+        here(12),
+        here(13),
+        next(14),
+        next(15),
+        here(16),
+        here(17),
+        next(16),
+        next(17),
+        here(18),
+        here(19),
+        next(18),
+        next(19),
     ]
 }
 
@@ -260,9 +314,9 @@ fn is_deep(frame: &Frame<'_>, dims: [usize; 3], batch: &Batch) -> bool {
 #[inline(always)]
 fn finish<L: Lanes>(gradient: &GradientFrame, along: [L::F; 3], batch: &mut Batch, r: usize) {
     let zero = L::splat(0.0);
-    let world = gradient.matrix.map(|m| {
-        L::add(L::add(L::mul(L::splat(m[0]), along[0]), L::mul(L::splat(m[1]), along[1])), L::mul(L::splat(m[2]), along[2]))
-    });
+    let world = gradient
+        .matrix
+        .map(|m| L::add(L::add(L::mul(L::splat(m[0]), along[0]), L::mul(L::splat(m[1]), along[1])), L::mul(L::splat(m[2]), along[2])));
     let abs = |x: L::F| L::max(x, L::sub(zero, x));
     let sum = L::add(L::add(abs(world[0]), abs(world[1])), abs(world[2]));
     let most = L::max(L::max(abs(world[0]), abs(world[1])), abs(world[2]));
@@ -306,8 +360,12 @@ impl<'v, const FAR: bool, const EACH: bool> Kernel<Frame<'v>, Batch> for TakeGra
         batch.gradient.taken += lanes_of(rows);
         let dims = gradient.dims;
         match gradient.kind {
-            Gradient::Analytic => each_row::<L>(gradient, batch, rows, |b, r, p| analytic::<L>(&gather::<L, FAR, 8>(frame, dims, b, r, &CELL), p)),
-            Gradient::Sobel => each_row::<L>(gradient, batch, rows, |b, r, p| sobel::<L>(&gather::<L, FAR, 64>(frame, dims, b, r, &CUBE), p)),
+            Gradient::Analytic => {
+                each_row::<L>(gradient, batch, rows, |b, r, p| analytic::<L>(&gather::<L, FAR, 8>(frame, dims, b, r, &CELL), p))
+            }
+            Gradient::Sobel => {
+                each_row::<L>(gradient, batch, rows, |b, r, p| sobel::<L>(&gather::<L, FAR, 64>(frame, dims, b, r, &CUBE), p))
+            }
             Gradient::Central => {
                 let packed = frame.sample.packed.filter(|_| !FAR && !EACH && is_deep(frame, dims, batch));
                 let signed = matches!(frame.sample.voxels, VoxelSlices::I8(_) | VoxelSlices::I16(_));
@@ -324,10 +382,11 @@ impl<'v, const FAR: bool, const EACH: bool> Kernel<Frame<'v>, Batch> for TakeGra
                     Some(Packed { pairs: PackedPairs::Of16(v), .. }) => {
                         each_row::<L>(gradient, batch, rows, |b, r, p| central::<L>(&cross16::<L, false>(v, b, r), p));
                     }
-                    None => each_row::<L>(gradient, batch, rows, |b, r, p| central::<L>(&gather::<L, FAR, 32>(frame, dims, b, r, &CROSS), p)),
+                    None => {
+                        each_row::<L>(gradient, batch, rows, |b, r, p| central::<L>(&gather::<L, FAR, 32>(frame, dims, b, r, &CROSS), p))
+                    }
                 }
             }
         }
     }
 }
-

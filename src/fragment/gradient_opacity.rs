@@ -3,10 +3,10 @@
 //! Classification has left the slab's optical depth tau in the place of opacity, and colour times tau. With the factor f and the piece's
 //! length l, in slabs: A = 1 - exp(-tau f l). Opacities near 1 keep their extinction that way, however small the factor.
 
+use super::Run;
 use super::batch::Batch;
 use super::frame::Frame;
 use super::gradient::GradientFrame;
-use super::Run;
 use crate::lanes::math::expm1_negative;
 use crate::lanes::{Kernel, Lanes, Level, for_rows, row, row_mut};
 use crate::scene::TransferFunction;

@@ -25,6 +25,7 @@ mod light;
 mod pair;
 pub(crate) mod project;
 mod span;
+mod surfaces;
 mod texcoord;
 
 pub(crate) use batch::{Batch, PixelBlock, RaySummary};
@@ -39,6 +40,7 @@ pub(crate) use light::LightingFrame;
 pub(crate) use pair::{BEHIND, ClassifyPair, KeepValue};
 pub(crate) use project::{ProjectAdd, ProjectAverage, ProjectIso, ProjectLmip, ProjectMax, ProjectMin};
 pub(crate) use span::{Span, SpanPair};
+pub(crate) use surfaces::{BlendSurfaces, SurfaceFrame};
 pub(crate) use texcoord::{Texcoord, TexcoordFar, TexcoordPart};
 
 use crate::lanes::Level;

@@ -324,10 +324,16 @@ impl CellLoad {
         let ([a, b], [c, d]) = (four(from.wrapping_sub(1)), four(from.wrapping_add(sz).wrapping_sub(1)));
         let far = from.wrapping_add(sz);
         [
-            a, b, c, d,
-            quad(from.wrapping_sub(sy)), quad(from.wrapping_add(sy)),
-            quad(far.wrapping_sub(sy)), quad(far.wrapping_add(sy)),
-            quad(from.wrapping_sub(sz)), quad(far.wrapping_add(sz)),
+            a,
+            b,
+            c,
+            d,
+            quad(from.wrapping_sub(sy)),
+            quad(from.wrapping_add(sy)),
+            quad(far.wrapping_sub(sy)),
+            quad(far.wrapping_add(sy)),
+            quad(from.wrapping_sub(sz)),
+            quad(far.wrapping_add(sz)),
         ]
     }
 

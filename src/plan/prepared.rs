@@ -122,4 +122,31 @@ pub(crate) trait Prepared {
 
     /// What bricks show of `data` (of slabs that are `merged`, how much changes there), in windows for `runs`.
     fn skip_table(&mut self, data: &TransferData, merged: Option<&MergedData>, runs: &Runs) -> Arc<SkipTable>;
+
+    /// Which bricks hold one of `levels`, in windows for `runs`, and the share of bricks that do.
+    fn surface_table(&mut self, levels: Vec<f64>, runs: &Runs) -> (Arc<SkipTable>, f64);
+}
+
+/// Which bricks hold one of some levels.
+#[derive(Debug)]
+pub(crate) struct SurfaceBricks {
+    /// The levels, rising.
+    pub(crate) levels: Vec<f64>,
+    pub(crate) classes: BrickClasses,
+}
+
+impl SurfaceBricks {
+    /// What `bricks` of `volume` hold of `levels`.
+    pub(crate) fn new(levels: Vec<f64>, volume: &Volume, bricks: &Bricks) -> Self {
+        let classes = BrickClasses::new(bricks, |low, high| {
+            let (low, high) = value_range(volume, low, high);
+            let near = |level: f64| {
+                // Interpolation and the level as a number are rounded by a few units in the last place of f32.
+                let slack = 1e-6 * low.abs().max(high.abs()).max(level.abs());
+                low - slack <= level && level <= high + slack
+            };
+            u8::from(levels.iter().any(|&level| near(level)))
+        });
+        Self { levels, classes }
+    }
 }

@@ -96,7 +96,9 @@ impl Kernels<'_> {
             StageId::Keep => (of == For::Keep).then(|| level.kernel::<KeepValue, _, _>()),
             StageId::Classify => shades.then(|| self.classify()),
             // Where opacity depends on the gradient that stage knows the length too.
-            StageId::Correct => (shades && !self.needs.optical_depth && (of != For::Whole || self.needs.perspective)).then(|| self.correct()),
+            StageId::Correct => {
+                (shades && !self.needs.optical_depth && (of != For::Whole || self.needs.perspective)).then(|| self.correct())
+            }
             StageId::Mask => (shades && (of != For::Whole || self.needs.guard)).then(|| level.kernel::<MaskStage, _, _>()),
             StageId::Blend => (of != For::Keep).then(|| self.blend()),
             // Runs before the lists.
@@ -177,6 +179,7 @@ impl Kernels<'_> {
             BlendKind::Average => level.kernel::<ProjectAverage, _, _>(),
             BlendKind::Lmip => level.kernel::<ProjectLmip, _, _>(),
             BlendKind::Iso => level.kernel::<ProjectIso, _, _>(),
+            BlendKind::Surfaces => level.kernel::<BlendSurfaces, _, _>(),
         }
     }
 

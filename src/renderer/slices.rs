@@ -91,7 +91,7 @@ impl Renderer {
         let stack = Stack::new(self.volume.grid(), &view, scene.clip_planes(), count);
         let mut clock = super::job::Clock::default();
         self.cache.volume_data(&self.volume, None, &mut clock);
-        let super::cache::Cache { volume: data, entries, .. } = &mut self.cache;
+        let super::cache::Cache { volume: data, entries, surfaces, .. } = &mut self.cache;
         let data = data.as_deref()?;
         let subject = Subject {
             scene,
@@ -103,7 +103,7 @@ impl Renderer {
             observed: true,
             domain: None,
         };
-        let mut keeper = super::cache::Keeper { entries, volume: &self.volume, data, clock: &mut clock };
+        let mut keeper = super::cache::Keeper { entries, surfaces, volume: &self.volume, data, clock: &mut clock };
         Some(FramePlan::new(subject, &mut keeper))
     }
 }

@@ -13,7 +13,9 @@ mod method;
 mod opengl;
 mod phantom_transfer;
 pub mod preset;
+mod shade;
 mod stage;
+mod surfaces;
 #[cfg(test)]
 mod tests;
 mod transfer;
@@ -33,7 +35,10 @@ pub use opengl::{
     TextureFormat, Wrap,
 };
 pub use preset::Preset;
+pub(crate) use shade::{LitPoint, unit};
 pub use stage::{Fits, InProjections, OptionalStage, Quantity, StageId, StageInfo, StageOption};
+pub(crate) use surfaces::Surfaces;
+pub use surfaces::{Hit, LevelSurface, MAX_LEVELS};
 pub use transfer::TransferFunction;
 
 use crate::{Error, Result};
@@ -85,17 +90,19 @@ pub enum Blend {
         /// Values below this never stop a ray.
         threshold: f64,
     },
-    /// Colour of the first crossing of `level`, refined between slices; opaque.
+    /// The surface at `level`, opaque and in the transfer function's colour: where a ray first crosses the level, or enters the box above it.
     Iso {
         /// The value of the surface.
         level: f64,
     },
+    /// The surfaces of [`Scene::with_levels`], all that a ray crosses.
+    Surfaces,
 }
 
 impl Blend {
     /// Whether values of a ray are compared or averaged, and one of them becomes the pixel's colour.
     pub(crate) fn projects_values(self) -> bool {
-        !matches!(self, Self::Over | Self::Add | Self::Iso { .. })
+        !matches!(self, Self::Over | Self::Add | Self::Iso { .. } | Self::Surfaces)
     }
 }
 
@@ -121,6 +128,9 @@ pub struct Scene {
     gradient: Gradient,
     clip_planes: Vec<ClipPlane>,
     blend: Blend,
+    levels: Vec<LevelSurface>,
+    hit: Hit,
+    flat_surfaces: bool,
     method: Method,
     opengl: Option<OpenGl>,
 }
@@ -144,6 +154,9 @@ impl Scene {
             gradient: Gradient::default(),
             clip_planes: Vec::new(),
             blend: Blend::Over,
+            levels: Vec::new(),
+            hit: Hit::default(),
+            flat_surfaces: false,
             method: Method::default(),
             opengl: None,
         }
@@ -301,12 +314,15 @@ impl Scene {
     /// The scene blended another way.
     ///
     /// # Errors
-    /// [`Error::Invalid`] when a level or threshold is not finite.
+    /// [`Error::Invalid`] when a level or threshold is not finite, and for [`Blend::Surfaces`] without [`Scene::with_levels`].
     pub fn with_blend(mut self, blend: Blend) -> Result<Self> {
         if let Blend::Lmip { threshold: x } | Blend::Iso { level: x } = blend {
             if !x.is_finite() {
                 return Err(Error::invalid(format!("render level {x}: must be finite")));
             }
+        }
+        if blend == Blend::Surfaces && self.levels.is_empty() {
+            return Err(Error::invalid("render levels: none are given"));
         }
         self.blend = blend;
         self.agreed()

@@ -150,12 +150,7 @@ impl TransferKeys {
     }
 
     /// The preset that is given, or else the transfer function that suits the volume best; and its light.
-    fn ready_made(
-        &self,
-        cx: &Context<'_>,
-        volume: &Volume,
-        warnings: &mut Vec<String>,
-    ) -> Result<(TransferFunction, Option<Lighting>)> {
+    fn ready_made(&self, cx: &Context<'_>, volume: &Volume, warnings: &mut Vec<String>) -> Result<(TransferFunction, Option<Lighting>)> {
         if let Some(preset) = self.preset(cx)? {
             warnings.extend(preset.suits(volume).err());
             return Ok((preset.transfer(volume)?, preset.lighting(volume)));
