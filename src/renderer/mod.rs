@@ -9,6 +9,7 @@
 //! implementation of `raster::Finish` that the job asks for: over the background, or left as they are.
 
 pub(crate) mod adaptive;
+mod aov;
 mod cache;
 mod finish;
 mod job;
