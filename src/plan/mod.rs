@@ -113,8 +113,7 @@ impl<'v> FramePlan<'v> {
         let (skip_table, visible_share) = match &surfaces {
             _ if !needs.skip => (None, None),
             Some(surfaces) => {
-                let levels = surfaces.levels.iter().map(|level| level.0).collect();
-                let (table, share) = kept.surface_table(levels, &runs);
+                let (table, share) = kept.surface_table(surfaces, &runs);
                 (Some(table), Some(share))
             }
             None => (Some(kept.skip_table(&transfer, merged.as_deref(), &runs)), Some(transfer.bricks.share())),

@@ -17,6 +17,8 @@ mod integrate;
 pub mod metrics;
 mod panel;
 mod segments;
+mod surfaces;
 
 pub use image::{ReferenceImage, Region, image};
 pub use integrate::{Integrator, RayResult};
+pub use surfaces::{Crossing, SurfaceTracer};

@@ -4,6 +4,7 @@ use super::job::Clock;
 use crate::opengl::{Texture, TextureKey};
 use crate::plan::{MergedData, Prepared, SurfaceBricks, TransferData, TransferKey, VolumeData};
 use crate::proxy::Domain;
+use crate::scene::Surfaces;
 use crate::skip::{Runs, SkipTable};
 use crate::volume::Volume;
 use std::sync::Arc;
@@ -115,10 +116,10 @@ impl Prepared for Keeper<'_> {
         table
     }
 
-    fn surface_table(&mut self, levels: Vec<f64>, runs: &Runs) -> (Arc<SkipTable>, f64) {
-        let kept = self.surfaces.take().filter(|entry| entry.bricks.levels == levels);
+    fn surface_table(&mut self, surfaces: &Surfaces, runs: &Runs) -> (Arc<SkipTable>, f64) {
+        let kept = self.surfaces.take().filter(|entry| entry.bricks.surfaces == *surfaces);
         let make =
-            || SurfaceEntry { bricks: self.clock.prepare(|| SurfaceBricks::new(levels, self.volume, &self.data.bricks)), skip_table: None };
+            || SurfaceEntry { bricks: self.clock.prepare(|| SurfaceBricks::new(surfaces, self.volume, &self.data.bricks)), skip_table: None };
         let mut entry = kept.unwrap_or_else(make);
         let kept = entry.skip_table.take().filter(|table| table.sides() == runs.sides);
         let table = kept.unwrap_or_else(|| Arc::new(SkipTable::new(&entry.bricks.classes, runs.sides)));

@@ -16,6 +16,7 @@ mod pair;
 mod place;
 mod project;
 mod shade;
+mod surfaces;
 
 use super::batch::Batch;
 use super::fog::{FogEach, FogPlanar, FogRadial};
@@ -75,6 +76,7 @@ fn twins(id: StageId) -> &'static [fn()] {
             project::add,
             project::local_maximum,
             project::surface,
+            surfaces::surfaces,
         ],
     }
 }
@@ -252,6 +254,7 @@ fn frame<'v>(voxels: &'v Voxels, n: &mut Numbers) -> Frame<'v> {
         },
         blend: BlendFrame { terminate: 0.01, level: 100.0 },
         optional: OptionalFrame { gradient: None, opacity: None, light: None, fog: None },
+        surfaces: None,
     }
 }
 
