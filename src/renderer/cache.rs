@@ -118,8 +118,10 @@ impl Prepared for Keeper<'_> {
 
     fn surface_table(&mut self, surfaces: &Surfaces, runs: &Runs) -> (Arc<SkipTable>, f64) {
         let kept = self.surfaces.take().filter(|entry| entry.bricks.surfaces == *surfaces);
-        let make =
-            || SurfaceEntry { bricks: self.clock.prepare(|| SurfaceBricks::new(surfaces, self.volume, &self.data.bricks)), skip_table: None };
+        let make = || SurfaceEntry {
+            bricks: self.clock.prepare(|| SurfaceBricks::new(surfaces, self.volume, &self.data.bricks)),
+            skip_table: None,
+        };
         let mut entry = kept.unwrap_or_else(make);
         let kept = entry.skip_table.take().filter(|table| table.sides() == runs.sides);
         let table = kept.unwrap_or_else(|| Arc::new(SkipTable::new(&entry.bricks.classes, runs.sides)));
