@@ -21,6 +21,7 @@ pub(crate) fn check(scene: &Scene, non_finite: usize) -> Result<()> {
         && scene.clip_planes().is_empty()
         && !scene.method().is_pre_integrated()
         && !scene.method().merge
+        && scene.surfaces().is_none()
         && non_finite == 0;
     if LEAN && !plain {
         return Err(Error::invalid(

@@ -111,7 +111,7 @@ pub mod volume;
 
 pub use error::{Error, Result};
 pub use lanes::Level;
-pub use picture::Picture;
+pub use picture::{Aov, Picture, Plane};
 #[cfg(feature = "encoders")]
 pub use picture::{Depth, Format};
 pub use renderer::{Layer, Pass, RenderStats, Renderer, render};

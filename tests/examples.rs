@@ -24,6 +24,7 @@ macro_rules! examples {
         )*
     };
 }
+examples!(classroom "../examples/classroom.rs");
 examples!(first "../examples/first.rs", fog "../examples/fog.rs", scene_file "../examples/scene_file.rs");
 examples!(lesson_1_polygons "../examples/lesson_1_polygons.rs", lesson_2_coverage "../examples/lesson_2_coverage.rs");
 examples!(lesson_3_fetch "../examples/lesson_3_fetch.rs", lesson_4_transfer_function "../examples/lesson_4_transfer_function.rs");
@@ -56,6 +57,11 @@ fn examples_make_their_pictures() {
     let (width, height, first) = pixels(&at("first.png"));
     assert_eq!((width, height), (512, 512));
     assert!(drawn(&first) > 0.1);
+
+    classroom::run(dir.path(), Path::new("no such file")).unwrap();
+    let steps =
+        ["1-threshold", "2-depth", "3-first-sample", "4-refined", "5-skin-over-bone"].map(|n| pixels(&at(&format!("classroom-{n}.png"))).2);
+    assert!(steps.windows(2).all(|w| w[0] != w[1]) && steps.iter().all(|s| drawn(s) > 0.1));
 
     transfer_function::run(&at("shells.png"), &Phantom::Hydrogen.volume(48).unwrap()).unwrap();
     assert!(drawn(&pixels(&at("shells.png")).2) > 0.1);

@@ -2,6 +2,7 @@
 
 use super::Usage;
 use anyhow::{Context, Result, bail};
+use slicestack::Plane;
 use slicestack::picture::{Depth, Format, write_whole};
 use std::fs::File;
 use std::io::{ErrorKind, Read, Write, stdout};
@@ -101,15 +102,30 @@ pub(super) fn encoding(sink: &Sink, format: Option<&str>, depth: &str) -> Result
 pub(super) fn is_picture(start: &[u8]) -> bool {
     match Format::of_start(start) {
         Some(Format::Npy) => {
-            let text = String::from_utf8_lossy(start.get(10..).unwrap_or_default());
-            let header = text.lines().next().unwrap_or_default();
-            let shape = header.split_once("'shape': (").and_then(|(_, rest)| rest.split_once(')')).map_or("", |(shape, _)| shape);
-            let sides: Vec<&str> = shape.split(',').map(str::trim).collect();
-            header.contains("'<f4'") && header.contains("'fortran_order': False") && matches!(sides[..], [_, _, "4"])
+            matches!(npy_shape(start).as_deref(), Some([_, _, 4]))
         }
         Some(_) => true,
         None => false,
     }
+}
+
+/// The shape of the NumPy array of little-endian f32 in C order that a file beginning with `start` holds.
+fn npy_shape(start: &[u8]) -> Option<Vec<u64>> {
+    if Format::of_start(start) != Some(Format::Npy) {
+        return None;
+    }
+    let text = String::from_utf8_lossy(start.get(10..).unwrap_or_default());
+    let header = text.lines().next().unwrap_or_default();
+    let shape = header.split_once("'shape': (").and_then(|(_, rest)| rest.split_once(')')).map_or("", |(shape, _)| shape);
+    let plain = header.contains("'<f4'") && header.contains("'fortran_order': False");
+    if plain { shape.split(',').map(|side| side.trim().parse().ok()).collect() } else { None }
+}
+
+/// Whether a file that begins with `start` is a plane like those written here: an OpenEXR file that says so, or a NumPy array of one or three
+/// f32 a pixel.
+pub(super) fn is_plane(start: &[u8]) -> bool {
+    let sides = npy_shape(start);
+    Plane::is_exr(start) || matches!(sides.as_deref(), Some([_, _] | [_, _, 3]))
 }
 
 /// Whether a file that begins with `start` holds statistics of this command: keys come in the order of the alphabet.
@@ -132,7 +148,7 @@ fn with_depth() -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{is_picture, is_record, is_statistics};
+    use super::{is_picture, is_plane, is_record, is_statistics};
 
     #[test]
     fn only_the_like_of_what_is_written_gives_way() {
@@ -148,6 +164,10 @@ mod tests {
             [npy("<f4", "(4, 5, 6)"), npy("<f8", "(10, 10, 4)"), npy("<f4", "(1000,)"), npy("<f4", "(2, 3, 3, 4)"), npy("<f4", "(7, 4)")]
         {
             assert!(!is_picture(&data), "{}", String::from_utf8_lossy(&data));
+        }
+        assert!(is_plane(&npy("<f4", "(512, 512)")) && is_plane(&npy("<f4", "(512, 512, 3)")));
+        for other in [npy("<f4", "(512, 512, 4)"), npy("<f8", "(10, 10)"), npy("<f4", "(1000,)"), b"\x76\x2f\x31\x01 another".to_vec()] {
+            assert!(!is_plane(&other), "{}", String::from_utf8_lossy(&other));
         }
         assert!(is_picture(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR") && !is_picture(b"GIF89a, twelve bytes") && !is_picture(b"{\"a\": 1}"));
         assert!(is_statistics(b"{\n  \"fetches\": 85544,\n  \"fragments\": 77378,"));

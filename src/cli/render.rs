@@ -1,13 +1,13 @@
 //! `slicestack render`.
 
-use super::output::{Sink, encoding, is_picture, is_statistics};
+use super::output::{Sink, encoding, is_picture, is_plane, is_statistics};
 use super::progress::{Bar, Phase, catch_signals, enter, rendered};
 use super::scene::{SceneArgs, level};
 use super::stats::{self, Clock};
 use super::{Usage, complain};
 use anyhow::{Result, bail};
 use clap::builder::{PossibleValue, PossibleValuesParser};
-use slicestack::picture::Format;
+use slicestack::picture::{Aov, Format, PlaneFormat};
 use slicestack::{Renderer, Settings};
 use std::io::{IsTerminal, stderr};
 use std::path::{Path, PathBuf};
@@ -35,6 +35,13 @@ pub(super) struct RenderArgs {
     /// Estimate the RMS error of the colours, from a second picture of twice as many slices; told here and in --stats.
     #[arg(long)]
     estimate: bool,
+    /// Write a plane of f32 beside the picture, OUT-depth.npy for OUT.png: depth (distance along the view direction), normal, value (data units) of
+    /// the first surface, or of where opacity first passes a half; alpha (opacity of the volume). Several: --aov depth,normal.
+    #[arg(long, value_name = "PLANE", value_delimiter = ',', value_parser = Aov::ALL.map(Aov::name))]
+    aov: Vec<String>,
+    /// Format of the planes.
+    #[arg(long, value_parser = ["npy", "exr"], default_value = "npy")]
+    aov_format: String,
     /// Tell on stderr where the work went, what the picture did not need, and why.
     #[arg(long)]
     explain: bool,
@@ -86,6 +93,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
             bail!(Usage(format!("{}: picture and statistics cannot both go there", args.output.display())));
         }
     }
+    let planes = Planes::new(args, &sink, &inputs)?;
     catch_signals()?;
 
     let scene_file = text.open(&overrides)?;
@@ -104,6 +112,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
         if let Some(stats_sink) = &stats_sink {
             stats_sink.spare("file of statistics", is_statistics, &[path])?;
         }
+        planes.spare(&[path])?;
     }
     let volume = scene_file.volume().load(&settings.limits)?;
     clock.load = start.elapsed().as_secs_f64();
@@ -114,7 +123,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
 
     enter(Phase::Rendering);
     let mut renderer = Renderer::new(&volume, settings);
-    let (mut picture, mut stats) = renderer.render(&scene)?;
+    let (mut picture, mut stats, seen) = renderer.render_with(&scene, &planes.wanted)?;
     clock.prepare += stats.prepare_seconds;
     clock.render = stats.render_seconds;
     for _ in 1..args.repeat {
@@ -128,12 +137,16 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
     rendered()?;
     let start = Instant::now();
     let bytes = picture.encode(format, depth)?;
+    let plane_bytes = seen.iter().map(|plane| plane.encode(planes.format)).collect::<slicestack::Result<Vec<_>>>()?;
     clock.encode = start.elapsed().as_secs_f64();
     enter(Phase::Writing);
     sink.write(&bytes)?;
+    for (written, (to, bytes)) in planes.sinks.iter().zip(&plane_bytes).enumerate() {
+        to.write(bytes).inspect_err(|_| planes.sinks[..written].iter().chain([&sink]).for_each(forget))?;
+    }
     if let Some(stats_sink) = &stats_sink {
         let text = serde_json::to_string_pretty(&stats::json(clock, &stats, &warnings, &picture, &volume))? + "\n";
-        stats_sink.write(text.as_bytes()).inspect_err(|_| forget(&sink))?;
+        stats_sink.write(text.as_bytes()).inspect_err(|_| planes.sinks.iter().chain([&sink]).for_each(forget))?;
     }
     if let Some(error) = stats.error_estimate.filter(|_| args.estimate) {
         eprintln!("estimated RMS error of the colours: {error:.2e} in {}", stats::counted(stats.slices, "slice"));
@@ -152,6 +165,40 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
         tell(path, format, clock);
     }
     Ok(())
+}
+
+/// Planes beside the picture, and where they go.
+struct Planes {
+    wanted: Vec<Aov>,
+    sinks: Vec<Sink>,
+    format: PlaneFormat,
+}
+
+impl Planes {
+    /// Those that `args` ask for beside a picture in `sink`.
+    ///
+    /// # Errors
+    /// [`Usage`] where the picture goes to stdout, and for a plane whose file is there already and is none.
+    fn new(args: &RenderArgs, sink: &Sink, inputs: &[&Path]) -> Result<Self> {
+        let format = if args.aov_format == "exr" { PlaneFormat::Exr } else { PlaneFormat::Npy };
+        let wanted: Vec<Aov> = Aov::ALL.into_iter().filter(|aov| args.aov.iter().any(|name| name == aov.name())).collect();
+        let beside = |aov: &Aov| match sink {
+            Sink::File(path) => {
+                let mut name = path.file_stem().unwrap_or_default().to_os_string();
+                name.push(format!("-{}.{}", aov.name(), format.extension()));
+                Sink::new(&path.with_file_name(name))
+            }
+            Sink::Stdout => bail!(Usage(format!("--aov {}: goes beside a picture file; the picture goes to stdout", aov.name()))),
+        };
+        let planes = Self { sinks: wanted.iter().map(beside).collect::<Result<_>>()?, wanted, format };
+        planes.spare(inputs)?;
+        Ok(planes)
+    }
+
+    /// Refuses to replace what is no plane, and `inputs`.
+    fn spare(&self, inputs: &[&Path]) -> Result<()> {
+        self.sinks.iter().try_for_each(|sink| sink.spare("plane", is_plane, inputs))
+    }
 }
 
 /// A failure leaves no output behind, not even a good picture whose statistics failed.

@@ -191,7 +191,7 @@ pub fn explain(volume: &Volume, scene: &Scene, settings: &Settings, request: &Re
     let seen: Recorder = record(&scene)?;
     let context = Context { volume, scene: &scene, to_f32: seen.to_f32 };
     let side = Side::new(volume.grid(), &view)?;
-    let start = start_values(scene.blend());
+    let start = start_values(&scene);
     let mut records: Vec<PixelRecord> = Vec::new();
     for (at, &(x, y)) in pixels.iter().enumerate() {
         let mut record = PixelRecord::new((x, y), picture.pixel(x, y), start, seen.journeys.get(&at), context);

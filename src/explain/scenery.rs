@@ -101,6 +101,8 @@ pub(super) struct SceneRecord {
     /// Level or threshold of the projection.
     #[serde(skip_serializing_if = "Option::is_none")]
     level: Option<f64>,
+    /// Levels of surfaces, rising, with their straight colours: level, red, green, blue.
+    levels: Vec<[f64; 4]>,
     order: &'static str,
     terminate: f32,
     /// Reference length of opacity, world units.
@@ -136,7 +138,8 @@ impl SceneRecord {
             Blend::Average => ("average", None),
             Blend::Add => ("add", None),
             Blend::Lmip { threshold } => ("lmip", Some(threshold)),
-            Blend::Iso { level } => ("iso", Some(level)),
+            Blend::Iso { level } if scene.surfaces().is_none() => ("iso", Some(level)),
+            Blend::Iso { .. } | Blend::Surfaces => ("surfaces", None),
         };
         let unit = scene.transfer().opacity_length(volume.grid());
         let b = scene.background();
@@ -152,6 +155,7 @@ impl SceneRecord {
             background: [b.rgb[0], b.rgb[1], b.rgb[2], b.alpha],
             blend,
             level,
+            levels: scene.surfaces().map_or_else(Vec::new, |s| s.levels.iter().map(|&(v, c, _)| [v, c[0], c[1], c[2]]).collect()),
             order: if scene.blending_order() == Order::BackToFront { "back-to-front" } else { "front-to-back" },
             terminate: scene.terminate(),
             opacity_unit: unit,

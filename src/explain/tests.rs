@@ -3,8 +3,8 @@ use crate::fragment::Batch;
 use crate::raster::{Finish, Resolve};
 use crate::renderer::OverBackground;
 use crate::scene::{
-    Accumulation, Camera, Classification, ClipPlane, Ends, Filter, Fog, FogDistance, FogMode, FogWeighting, Order, Placement, Projection,
-    SampleAt, SlabForm, Straight, Target, TransferFunction,
+    Accumulation, Camera, Classification, ClipPlane, Ends, Filter, Fog, FogDistance, FogMode, FogWeighting, LevelSurface, Order, Placement,
+    Projection, SampleAt, SlabForm, Straight, Target, TransferFunction,
 };
 use crate::volume::phantom::Phantom;
 use crate::volume::{Grid, Voxel, VoxelType, Voxels};
@@ -71,7 +71,12 @@ fn scenes() -> Vec<(&'static str, Volume, Scene)> {
         ("add", head(), projected(Blend::Add)),
         ("lmip", head(), projected(Blend::Lmip { threshold: 0.2 })),
         ("iso", head(), projected(Blend::Iso { level: 0.25 })),
+        ("surfaces", head(), projected(Blend::Iso { level: 0.25 }).with_levels(shells()).unwrap()),
     ]
+}
+
+fn shells() -> Vec<LevelSurface> {
+    [(0.25, 0.3), (0.15, 0.4), (0.6, 1.0)].map(|(level, opacity)| LevelSurface::new(level, None, opacity).unwrap()).to_vec()
 }
 
 fn explained(volume: &Volume, scene: &Scene, request: &Request) -> Explanation {

@@ -148,6 +148,28 @@ pub(crate) struct GradientBatch {
     pub(crate) taken: u64,
 }
 
+/// The first level surface that each pixel's ray meets.
+#[derive(Debug, Clone)]
+pub(crate) struct SurfaceHits {
+    /// Window position of the first pixel's centre.
+    pub(crate) window: [f64; 2],
+    /// Its depth, world units; [`SurfaceHits::NONE`] where there is none.
+    pub(crate) depth: [f64; BATCH],
+    /// Its level, data units.
+    pub(crate) level: [f64; BATCH],
+}
+
+impl SurfaceHits {
+    /// The depth of no surface.
+    pub(crate) const NONE: f64 = f64::INFINITY;
+
+    /// Those of the block whose first pixel is (x,y), before anything is met.
+    pub(crate) fn begin(&mut self, (x, y): (u32, u32)) {
+        self.window = [f64::from(x) + 0.5, f64::from(y) + 0.5];
+        self.depth = [Self::NONE; BATCH];
+    }
+}
+
 /// 64 fragments on their way through the stages.
 #[derive(Clone)]
 #[repr(C, align(64))]
@@ -182,6 +204,8 @@ pub(crate) struct Batch {
     pub(crate) fog: FogBatch,
     /// The values' gradients.
     pub(crate) gradient: GradientBatch,
+    /// What rays meet of level surfaces.
+    pub(crate) hits: SurfaceHits,
 }
 
 impl Batch {
@@ -228,6 +252,7 @@ impl Batch {
             rare: RareSample { far_offset: [0; BATCH], corners: Corners([[0.0; BATCH]; 8]), pairs8: CornerPairs([[0; BATCH]; 4]) },
             fog: FogBatch { each: [1.0; BATCH], slice: 1.0 },
             gradient: GradientBatch { normal: [[0.0; BATCH]; 3], size: [0.0; BATCH], rows: 0, taken: 0 },
+            hits: SurfaceHits { window: [0.0; 2], depth: [SurfaceHits::NONE; BATCH], level: [0.0; BATCH] },
         })
     }
 }

@@ -1,6 +1,6 @@
 //! What stays the same for all batches of a frame, grouped by the stages that use it.
 
-use super::OptionalFrame;
+use super::{OptionalFrame, SurfaceFrame};
 use crate::lanes::{LookupTable, ToF32};
 use crate::scene::{FogMode, FogWeighting, Scene};
 use crate::volume::VoxelSlices;
@@ -83,4 +83,6 @@ pub(crate) struct Frame<'v> {
     pub(crate) blend: BlendFrame,
     /// What stages need that scenes may ask for.
     pub(crate) optional: OptionalFrame,
+    /// Level surfaces, where rays are followed through them.
+    pub(crate) surfaces: Option<Box<SurfaceFrame<'v>>>,
 }

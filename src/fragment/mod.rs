@@ -26,6 +26,7 @@ mod light;
 mod pair;
 pub(crate) mod project;
 mod span;
+mod surfaces;
 mod texcoord;
 mod transfer2d;
 
@@ -42,6 +43,7 @@ pub(crate) use light::LightingFrame;
 pub(crate) use pair::{BEHIND, ClassifyPair, KeepValue};
 pub(crate) use project::{ProjectAdd, ProjectAverage, ProjectIso, ProjectLmip, ProjectMax, ProjectMin};
 pub(crate) use span::{Span, SpanPair};
+pub(crate) use surfaces::{BlendSurfaces, SurfaceFrame};
 pub(crate) use texcoord::{Texcoord, TexcoordFar, TexcoordPart};
 pub(crate) use transfer2d::{Numbers, Transfer2dFrame};
 

@@ -24,7 +24,7 @@ pub(crate) struct KeepValue;
 
 /// Values that the next slice finds: those of this one.
 #[inline(always)]
-fn remember<L: Lanes>(batch: &mut Batch, r: usize) {
+pub(super) fn remember<L: Lanes>(batch: &mut Batch, r: usize) {
     let value = L::load(row(&batch.sample.value, r));
     let previous = row_mut(&mut batch.pixels.previous[0], r);
     let old = L::load(previous);

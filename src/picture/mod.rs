@@ -19,6 +19,7 @@ mod format;
 #[cfg(feature = "encoders")]
 mod npy;
 mod pixels;
+mod plane;
 #[cfg(feature = "encoders")]
 pub(crate) mod png;
 #[cfg(all(test, feature = "encoders"))]
@@ -31,3 +32,6 @@ pub use file::write_whole;
 #[cfg(feature = "encoders")]
 pub use format::{Depth, Format};
 pub use pixels::{MAX_SIDE, Picture};
+#[cfg(feature = "encoders")]
+pub use plane::PlaneFormat;
+pub use plane::{Aov, Plane};

@@ -10,23 +10,28 @@ use std::path::Path;
 
 pub(super) const MAGIC: &[u8] = b"\x93NUMPY";
 
-/// A file of format 1.0.
+/// A picture as a file.
 pub(super) fn encode(picture: &Picture) -> Vec<u8> {
-    let mut header = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': ({}, {}, 4), }}", picture.height(), picture.width());
+    array(&format!("({}, {}, 4)", picture.height(), picture.width()), bytemuck::cast_slice(picture.pixels()))
+}
+
+/// An array of that `shape` as a file of format 1.0.
+pub(super) fn array(shape: &str, numbers: &[f32]) -> Vec<u8> {
+    let mut header = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': {shape}, }}");
     while (10 + header.len() + 1) % 64 != 0 {
         header.push(' ');
     }
     header.push('\n');
-    let mut out = Vec::with_capacity(10 + header.len() + picture.pixels().len() * 16);
+    let mut out = Vec::with_capacity(10 + header.len() + numbers.len() * 4);
     out.extend_from_slice(MAGIC);
     out.extend_from_slice(&[1, 0]);
     // Below 200 bytes for any picture size.
     out.extend_from_slice(&(header.len() as u16).to_le_bytes());
     out.extend_from_slice(header.as_bytes());
     if cfg!(target_endian = "little") {
-        out.extend_from_slice(bytemuck::cast_slice(picture.pixels()));
+        out.extend_from_slice(bytemuck::cast_slice(numbers));
     } else {
-        out.extend(picture.pixels().iter().flatten().flat_map(|c| c.to_le_bytes()));
+        out.extend(numbers.iter().flat_map(|x| x.to_le_bytes()));
     }
     out
 }

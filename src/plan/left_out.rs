@@ -58,11 +58,12 @@ fn lanes(unit: &'static str) -> Saving {
 pub(crate) fn planned(scene: &Scene, volume: &Volume, needs: &Needs, loads: Option<u64>) -> Vec<Planned> {
     let mut list: Vec<Planned> = Vec::new();
     let mut add = |what: &str, why: &str, saving: Saving| list.push(Planned::new(what, why, saving));
-    let colors = needs.colors();
+    let (colors, surfaces) = (needs.colors(), needs.blend == BlendKind::Surfaces);
     for (id, stage, option) in OptionalStage::ALL.map(|stage| (stage, stage.info(), stage.option())) {
         let saving = if id == OptionalStage::Gradient { Saving::Lanes { saved: 6, done: 1, unit: "lookups" } } else { lanes("lanes") };
         match option.projections.left_out() {
             _ if !(option.wanted)(scene) => add(stage.name, option.absent, saving),
+            Some(_) if surfaces => add(stage.name, without_slabs(id), saving),
             Some(why) if !colors => add(stage.name, why, saving),
             _ => {}
         }
@@ -75,7 +76,10 @@ pub(crate) fn planned(scene: &Scene, volume: &Volume, needs: &Needs, loads: Opti
         add("clip planes", "the scene has none", Saving::Unknown);
     }
     add("division by q", "texture coordinates are affine on a view-aligned slice", lanes("divisions"));
-    if !colors {
+    if surfaces {
+        add("classification per fragment", "surfaces have colours of their own", lanes("lanes"));
+        add("opacity correction", "a surface's opacity does not depend on the distance of slices", lanes("lanes"));
+    } else if !colors {
         add("classification per fragment", "the projected value is classified once a pixel", lanes("lanes"));
         add("opacity correction", "values are projected, opacities are not", lanes("lanes"));
     } else {
@@ -112,17 +116,21 @@ pub(crate) fn planned(scene: &Scene, volume: &Volume, needs: &Needs, loads: Opti
     list
 }
 
+/// Why a stage does not run where level surfaces are drawn.
+fn without_slabs(stage: OptionalStage) -> &'static str {
+    match stage {
+        OptionalStage::Gradient | OptionalStage::Light => "surfaces are lit where rays meet them, not slice by slice",
+        OptionalStage::GradientOpacity | OptionalStage::Transfer2d => "surfaces have opacities of their own",
+        OptionalStage::Fog => "surfaces are drawn without fog",
+    }
+}
+
 /// Work that the picture passed over.
 pub(crate) fn passed_over(t: &Tally, visible_share: Option<f64>) -> Vec<LeftOut> {
     let all = t.batches + t.empty_batches + t.finished_batches + t.merged_batches;
     let share = visible_share.map_or(String::new(), |s| format!(" ({:.1} % of all bricks show)", 100.0 * s));
     let list = [
-        LeftOut::counted(
-            "empty batches",
-            format!("the transfer function shows nothing in their bricks{share}"),
-            (t.empty_batches, all),
-            "batches",
-        ),
+        LeftOut::counted("empty batches", format!("nothing shows of the values in their bricks{share}"), (t.empty_batches, all), "batches"),
         LeftOut::counted(
             "finished batches",
             "their pixels let no more light through, or have left the box",

@@ -19,20 +19,20 @@ mod stages;
 pub(crate) use left_out::{Planned, Saving, passed_over};
 pub(crate) use merging::Merging;
 pub(crate) use needs::{EndPieces, Needs, method, order};
-pub(crate) use prepared::{MergedData, Prepared, TransferData, TransferKey, VolumeData};
+pub(crate) use prepared::{MergedData, Prepared, SurfaceBricks, TransferData, TransferKey, VolumeData};
 pub(crate) use scaling::Scaling;
 pub(crate) use stages::{PairStages, Stages};
 
 use crate::classify::{By, Classify, Measure, Slab};
 use crate::fragment::project::NOTHING;
-use crate::fragment::{BlendFrame, ColorFrame, Frame, Numbers, OptionalFrame, SampleFrame};
+use crate::fragment::{BlendFrame, ColorFrame, Frame, Numbers, OptionalFrame, SampleFrame, SurfaceFrame};
 use crate::lanes::{Level, LookupTable};
 use crate::proxy::{Domain, Stack};
 use crate::scene::{Blend, Fog, FogDistance, SampleAt, Scene};
 use crate::skip::{Runs, SkipTable};
 use crate::volume::Volume;
 use hidden_values::hidden_up_to;
-use needs::Lookup;
+use needs::{BlendKind, Lookup};
 use std::sync::Arc;
 
 /// What a plan is made for.
@@ -100,17 +100,26 @@ impl<'v> FramePlan<'v> {
             transfer2d: scene.transfer2d().cloned(),
         });
         // Where empty slices count, or are looked at, all rows do.
-        let (color, split) = color_frame(&data.scaling, &transfer, needs.skip && !observed);
+        let (color, split) = color_frame(&data.scaling, &transfer, needs.skip && needs.colors() && !observed);
+        let surfaces = scene.surfaces().filter(|_| needs.blend == BlendKind::Surfaces);
         let numbers = Numbers { scale: data.scaling.scale, offset: data.scaling.offset };
         let frame = Frame {
             sample: sample_frame(volume, data, &needs, lookup, &color),
             color,
             blend: BlendFrame { terminate, level: level_of(scene, &data.scaling) as f32 },
             optional: OptionalFrame::of(scene, volume.grid(), &stack, numbers, ratio),
+            surfaces: surfaces.as_ref().map(|s| Box::new(SurfaceFrame::new(s, scene, volume, &stack, |value| data.scaling.number(value)))),
         };
         let merged = if needs.merge { kept.merged(&transfer) } else { None };
         let runs = Runs::new(&stack, needs.ends.between(), needs.merge);
-        let skip_table = needs.skip.then(|| kept.skip_table(&transfer, merged.as_deref(), &runs));
+        let (skip_table, visible_share) = match &surfaces {
+            _ if !needs.skip => (None, None),
+            Some(surfaces) => {
+                let (table, share) = kept.surface_table(surfaces, &runs);
+                (Some(table), Some(share))
+            }
+            None => (Some(kept.skip_table(&transfer, merged.as_deref(), &runs)), Some(transfer.bricks.share())),
+        };
         let kernels = stages::Kernels {
             scene,
             needs: &needs,
@@ -128,14 +137,14 @@ impl<'v> FramePlan<'v> {
             skip_table,
             runs,
             fog: scene.fog().filter(|_| needs.fog.is_some()).copied(),
-            start: start_values(scene.blend()),
+            start: start_values(scene),
             sample: if needs.method.sample == SampleAt::End { 0.5 } else { 0.0 },
             level,
             data,
             volume,
             domain,
             left_out: left_out::planned(scene, volume, &needs, lookup.loads()),
-            visible_share: needs.skip.then(|| transfer.bricks.share()),
+            visible_share,
             needs,
             stack,
         }
@@ -219,9 +228,10 @@ fn level_of(scene: &Scene, scaling: &Scaling) -> f64 {
 }
 
 /// What pixels start from: colour channels, then transmittance.
-pub(crate) fn start_values(blend: Blend) -> [f32; 4] {
-    match blend {
-        Blend::Over => [0.0, 0.0, 0.0, 1.0],
+pub(crate) fn start_values(scene: &Scene) -> [f32; 4] {
+    match scene.blend() {
+        _ if scene.surfaces().is_some() => [0.0, 0.0, 0.0, 1.0],
+        Blend::Over | Blend::Surfaces => [0.0, 0.0, 0.0, 1.0],
         Blend::Add | Blend::Average => [0.0; 4],
         Blend::Mip | Blend::Min => [NOTHING, 0.0, 0.0, 1.0],
         Blend::Lmip { .. } | Blend::Iso { .. } => [NOTHING, NOTHING, 0.0, 1.0],

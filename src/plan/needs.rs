@@ -45,11 +45,13 @@ pub(crate) enum BlendKind {
     Average,
     Lmip,
     Iso,
+    Surfaces,
 }
 
 impl Needs {
     /// What `scene` needs of a frame of `stack`, of a volume `with_holes` (some voxels are NaN or infinite) or without.
     pub(crate) fn new(scene: &Scene, stack: &Stack, with_holes: bool, terminate: f32) -> Self {
+        let surfaces = scene.surfaces().is_some() && !LEAN;
         let blend = match scene.blend() {
             Blend::Over => BlendKind::Over,
             Blend::Add => BlendKind::Add,
@@ -57,7 +59,8 @@ impl Needs {
             Blend::Min => BlendKind::Min,
             Blend::Average => BlendKind::Average,
             Blend::Lmip { .. } => BlendKind::Lmip,
-            Blend::Iso { .. } => BlendKind::Iso,
+            Blend::Iso { .. } | Blend::Surfaces if surfaces => BlendKind::Surfaces,
+            Blend::Iso { .. } | Blend::Surfaces => BlendKind::Iso,
         };
         let colors = matches!(blend, BlendKind::Over | BlendKind::Add);
         let method = method(scene);
@@ -69,13 +72,14 @@ impl Needs {
             Accumulation::Compensated => true,
         };
         let everywhere = OptionalStage::wanted(scene).any(|stage| (stage.option().shows_in_empty_space)(scene).is_some());
-        let skip = colors && !everywhere;
+        let skip = colors && !everywhere || surfaces;
         let ends = match (method.is_pre_integrated(), method.ends) {
             (false, Ends::Partial) => EndPieces::Partial,
             (false, Ends::Whole) => EndPieces::Whole,
             (true, Ends::Partial) => EndPieces::Between,
             (true, Ends::Whole) => EndPieces::WholeBetween,
         };
+        let ends = if surfaces { EndPieces::Between } else { ends };
         Self {
             blend,
             order,
@@ -88,7 +92,7 @@ impl Needs {
             skip,
             // A stage that lights empty space does so once a slice, so their number counts; and where voxels are NaN, a brick's range does
             // not tell how values change.
-            merge: method.merge && skip && !with_holes,
+            merge: method.merge && colors && skip && !with_holes,
             method,
             compensated: compensated && blend == BlendKind::Over,
             ends,
@@ -101,9 +105,9 @@ impl Needs {
         matches!(self.blend, BlendKind::Over | BlendKind::Add)
     }
 
-    /// Whether slabs lie between two values.
+    /// Whether slabs lie between two values, or surfaces between two slices.
     pub(crate) fn pairs(&self) -> bool {
-        self.method.is_pre_integrated() && self.colors() && !LEAN
+        (self.method.is_pre_integrated() && self.colors() || self.blend == BlendKind::Surfaces) && !LEAN
     }
 
     /// How voxels are loaded.
@@ -189,6 +193,7 @@ pub(crate) fn method(scene: &Scene) -> Method {
         }
         // Nothing is hidden, so nothing is rounded on the way.
         Blend::Add => Method { target: Target::F32, merge: false, ..method },
+        Blend::Iso { .. } | Blend::Surfaces if scene.surfaces().is_some() => Method { filter: method.filter, ..Method::default() },
         _ => Method { filter: method.filter, ends: method.ends, sample: method.sample, ..Method::default() },
     }
 }

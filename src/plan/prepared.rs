@@ -5,7 +5,7 @@ use super::scaling::value_range;
 use crate::classify::{By, ChangeClasses, Classifier, Classify, Slab, strongest};
 use crate::lanes::LookupTable;
 use crate::proxy::Domain;
-use crate::scene::{Scene, Transfer2d, TransferFunction};
+use crate::scene::{Scene, Surfaces, Transfer2d, TransferFunction};
 use crate::skip::{BrickClasses, MERGED, Runs, SkipTable};
 use crate::volume::Volume;
 use crate::volume::bricks::Bricks;
@@ -160,4 +160,31 @@ pub(crate) trait Prepared {
 
     /// What bricks show of `data` (of slabs that are `merged`, how much changes there), in windows for `runs`.
     fn skip_table(&mut self, data: &TransferData, merged: Option<&MergedData>, runs: &Runs) -> Arc<SkipTable>;
+
+    /// Which bricks may hold a place of `surfaces`, in windows for `runs`, and the share of bricks that may.
+    fn surface_table(&mut self, surfaces: &Surfaces, runs: &Runs) -> (Arc<SkipTable>, f64);
+}
+
+/// Which bricks may hold a place of some surfaces.
+#[derive(Debug)]
+pub(crate) struct SurfaceBricks {
+    pub(crate) surfaces: Surfaces,
+    pub(crate) classes: BrickClasses,
+}
+
+impl SurfaceBricks {
+    /// What `bricks` of `volume` hold of `surfaces`.
+    pub(crate) fn new(surfaces: &Surfaces, volume: &Volume, bricks: &Bricks) -> Self {
+        let classes = BrickClasses::new(bricks, |low, high| {
+            let (low, high) = value_range(volume, low, high);
+            let near = |level: f64| {
+                // Interpolation and the level as a number are rounded by a few units in the last place of f32.
+                let slack = 1e-6 * low.abs().max(high.abs()).max(level.abs());
+                // Where rays enter above the level, the surface is at the box's face.
+                (surfaces.capped || low - slack <= level) && level <= high + slack
+            };
+            u8::from(surfaces.levels.iter().any(|level| near(level.0)))
+        });
+        Self { surfaces: surfaces.clone(), classes }
+    }
 }

@@ -181,6 +181,7 @@ impl Kernels<'_> {
             BlendKind::Average => level.kernel::<ProjectAverage, _, _>(),
             BlendKind::Lmip => level.kernel::<ProjectLmip, _, _>(),
             BlendKind::Iso => level.kernel::<ProjectIso, _, _>(),
+            BlendKind::Surfaces => level.kernel::<BlendSurfaces, _, _>(),
         }
     }
 

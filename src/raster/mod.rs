@@ -7,6 +7,7 @@
 //!
 //! This room executes a [`crate::plan::FramePlan`] and decides nothing about a scene.
 
+mod aov;
 mod block;
 mod block_transform;
 mod march;
@@ -17,7 +18,9 @@ mod surface;
 mod tiles;
 mod work;
 
+pub(crate) use aov::{Looker, Told};
 pub(crate) use observer::Observer;
 pub(crate) use resolve::{Finish, Resolve};
+pub(crate) use surface::Surface;
 pub(crate) use tiles::{BlockMask, Job, render_tiles};
 pub(crate) use work::Work;

@@ -41,7 +41,8 @@ impl<'f> Resolve<'f> {
     pub(crate) fn new(scene: &'f Scene, plan: &'f FramePlan<'_>) -> Self {
         let transfer = scene.transfer();
         Self {
-            blend: scene.blend(),
+            // Surfaces are blended as they are met.
+            blend: if scene.surfaces().is_some() { Blend::Over } else { scene.blend() },
             transfer,
             surface: Surface { volume: plan.volume, stack: &plan.stack, transfer },
             scale: plan.data.scaling.scale,
@@ -79,7 +80,7 @@ impl<'f> Resolve<'f> {
         let [c0, c1, c2] = [0, 1, 2].map(|c: usize| pixels.color[c][i]);
         let t = pixels.transmittance[i];
         let front = match self.blend {
-            Blend::Over => return Some([c0, c1, c2, t]),
+            Blend::Over | Blend::Surfaces => return Some([c0, c1, c2, t]),
             // `t` is the sum of opacities.
             Blend::Add => return Some([c0.min(1.0), c1.min(1.0), c2.min(1.0), 1.0 - t.min(1.0)]),
             Blend::Mip | Blend::Min => self.shown(c0),

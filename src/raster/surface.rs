@@ -11,15 +11,15 @@ const AMBIENT: f64 = 0.2;
 const HALVINGS: usize = 30;
 
 /// The surface at one value of a volume, seen from the eye.
-pub(super) struct Surface<'f> {
-    pub(super) volume: &'f Volume,
-    pub(super) stack: &'f Stack,
-    pub(super) transfer: &'f TransferFunction,
+pub(crate) struct Surface<'f> {
+    pub(crate) volume: &'f Volume,
+    pub(crate) stack: &'f Stack,
+    pub(crate) transfer: &'f TransferFunction,
 }
 
 impl Surface<'_> {
     /// Colour of the surface at value `level` that the ray through pixel (x,y) meets near slice position `at`.
-    pub(super) fn color(&self, level: f64, at: f64, x: usize, y: usize) -> Straight {
+    pub(crate) fn color(&self, level: f64, at: f64, x: usize, y: usize) -> Straight {
         let (wx, wy) = (x as f64 + 0.5, y as f64 + 0.5);
         let position = self.refined(level, at, wx, wy);
         let mut color = self.transfer.eval(level);
@@ -35,7 +35,7 @@ impl Surface<'_> {
     }
 
     /// The slice position at which the trilinear field crosses `level` within half a slice of `at`, by bisection; `at` where it does not.
-    fn refined(&self, level: f64, at: f64, wx: f64, wy: f64) -> f64 {
+    pub(crate) fn refined(&self, level: f64, at: f64, wx: f64, wy: f64) -> f64 {
         let above = |k: f64| self.volume.sample(self.index_at(wx, wy, k)) >= level;
         let (mut lo, mut hi) = (at - 0.5, at + 0.5);
         let side = above(hi);

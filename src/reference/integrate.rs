@@ -138,7 +138,7 @@ impl<'a> Integrator<'a> {
     }
 
     /// The depths between which the ray is before the near plane, in the box and on the kept side of every clip plane.
-    fn span(&self, origin: DVec3, direction: DVec3) -> Option<(f64, f64)> {
+    pub(super) fn span(&self, origin: DVec3, direction: DVec3) -> Option<(f64, f64)> {
         let grid = self.volume.grid();
         let (at, step) = (grid.world_to_index().transform_point3(origin), grid.world_to_index().transform_vector3(direction));
         let (low, high) = grid.index_bounds();
@@ -334,7 +334,7 @@ struct Walk {
 }
 
 /// The depths at which a ray passes voxel centres 0 to n-1 of one axis.
-struct Faces {
+pub(super) struct Faces {
     at: f64,
     step: f64,
     /// Number of the next centre, as a whole number in f64, and the number past the last.
@@ -345,7 +345,7 @@ struct Faces {
 }
 
 impl Faces {
-    fn new(at: f64, step: f64, entry: f64, n: usize) -> Self {
+    pub(super) fn new(at: f64, step: f64, entry: f64, n: usize) -> Self {
         let here = at + step * entry;
         let last = (n - 1) as f64;
         let mut faces = if step > 0.0 {
@@ -362,8 +362,13 @@ impl Faces {
         self.next = if over || self.step == 0.0 { f64::INFINITY } else { (self.number - self.at) / self.step };
     }
 
+    /// Depth of the next centre; infinite when there is none.
+    pub(super) fn next(&self) -> f64 {
+        self.next
+    }
+
     /// Passes every centre at or before `depth`.
-    fn skip_to(&mut self, depth: f64) {
+    pub(super) fn skip_to(&mut self, depth: f64) {
         while self.next <= depth {
             self.number += if self.step > 0.0 { 1.0 } else { -1.0 };
             self.place();

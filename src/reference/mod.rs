@@ -23,6 +23,8 @@ mod regions;
 mod roots;
 mod segments;
 mod spline;
+mod surfaces;
 
 pub use image::{ReferenceImage, Region, image};
 pub use integrate::{Integrator, RayResult};
+pub use surfaces::{Crossing, SurfaceTracer};

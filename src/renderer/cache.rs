@@ -2,9 +2,9 @@
 
 use super::job::Clock;
 use crate::opengl::{Texture, TextureKey};
-use crate::plan::{MergedData, Prepared, TransferData, TransferKey, VolumeData};
+use crate::plan::{MergedData, Prepared, SurfaceBricks, TransferData, TransferKey, VolumeData};
 use crate::proxy::Domain;
-use crate::scene::Filter;
+use crate::scene::{Filter, Surfaces};
 use crate::skip::{Runs, SkipTable};
 use crate::volume::Volume;
 use crate::volume::spline::Coefficients;
@@ -26,6 +26,8 @@ pub(super) struct Cache {
     domain: Option<Domain>,
     /// Latest first.
     entries: Vec<Entry>,
+    /// Of the latest level surfaces.
+    pub(super) surfaces: Option<SurfaceEntry>,
     /// The profile opengl's texture, and what it was made for.
     pub(super) texture: Option<(TextureKey, Texture)>,
 }
@@ -36,6 +38,12 @@ pub(super) struct Entry {
     merged: Option<Option<Arc<MergedData>>>,
     /// Of plain slabs, and of merged ones.
     skip_tables: [Option<Arc<SkipTable>>; 2],
+}
+
+/// Bricks that hold some levels, and their skip table of the latest view.
+pub(super) struct SurfaceEntry {
+    bricks: SurfaceBricks,
+    skip_table: Option<Arc<SkipTable>>,
 }
 
 impl Cache {
@@ -57,6 +65,7 @@ impl Cache {
         if self.filter != filter {
             // A spline's values have another range.
             self.entries.clear();
+            self.surfaces = None;
             self.filter = filter;
         }
         let Some(prefilter) = filter else {
@@ -81,9 +90,9 @@ impl Cache {
     }
 
     /// What [`Cache::volume_data`] gave last, and the tables made from it.
-    pub(super) fn kept(&mut self) -> (Option<&VolumeData>, &mut Vec<Entry>) {
+    pub(super) fn kept(&mut self) -> (Option<&VolumeData>, &mut Vec<Entry>, &mut Option<SurfaceEntry>) {
         let data = if self.filter.is_some() { self.spline.as_ref().map(|s| &*s.1) } else { self.volume.as_deref() };
-        (data, &mut self.entries)
+        (data, &mut self.entries, &mut self.surfaces)
     }
 
     /// Voxels of `volume` that are NaN or infinite, as far as they have been counted.
@@ -93,13 +102,14 @@ impl Cache {
 
     /// The cache as a plan sees it, of `volume` and its `data`; what is made goes by `clock`.
     pub(super) fn keeper<'k>(&'k mut self, volume: &'k Volume, data: &'k VolumeData, clock: &'k mut Clock) -> Keeper<'k> {
-        Keeper { entries: &mut self.entries, volume, data, clock }
+        Keeper { entries: &mut self.entries, surfaces: &mut self.surfaces, volume, data, clock }
     }
 }
 
 /// See [`Cache::keeper`].
 pub(super) struct Keeper<'k> {
     pub(super) entries: &'k mut Vec<Entry>,
+    pub(super) surfaces: &'k mut Option<SurfaceEntry>,
     pub(super) volume: &'k Volume,
     pub(super) data: &'k VolumeData,
     pub(super) clock: &'k mut Clock,
@@ -149,5 +159,20 @@ impl Prepared for Keeper<'_> {
             entry.skip_tables[which] = Some(Arc::clone(&table));
         }
         table
+    }
+
+    fn surface_table(&mut self, surfaces: &Surfaces, runs: &Runs) -> (Arc<SkipTable>, f64) {
+        let kept = self.surfaces.take().filter(|entry| entry.bricks.surfaces == *surfaces);
+        let make = || SurfaceEntry {
+            bricks: self.clock.prepare(|| SurfaceBricks::new(surfaces, self.volume, &self.data.bricks)),
+            skip_table: None,
+        };
+        let mut entry = kept.unwrap_or_else(make);
+        let kept = entry.skip_table.take().filter(|table| table.sides() == runs.sides);
+        let table = kept.unwrap_or_else(|| Arc::new(SkipTable::new(&entry.bricks.classes, runs.sides)));
+        entry.skip_table = Some(Arc::clone(&table));
+        let share = entry.bricks.classes.share();
+        *self.surfaces = Some(entry);
+        (table, share)
     }
 }

@@ -9,6 +9,7 @@
 //! implementation of `raster::Finish` that the job asks for: over the background, or left as they are.
 
 pub(crate) mod adaptive;
+mod aov;
 mod cache;
 mod finish;
 mod job;
@@ -299,7 +300,7 @@ const TELLING: u64 = 48;
 /// Why an error asked for may be missed, in a picture of so many blocks.
 fn doubt(blend: Blend, blocks: u64) -> Option<String> {
     match blend {
-        Blend::Iso { .. } => Some("with the blend iso a pixel jumps from one surface to another".into()),
+        Blend::Iso { .. } | Blend::Surfaces => Some("with the blend iso a pixel jumps from one surface to another".into()),
         Blend::Lmip { .. } => Some("with the blend lmip a pixel jumps from one surface to another".into()),
         // Up to three times the estimate has been seen.
         Blend::Add => Some("with the blend add no slice hides another's error".into()),

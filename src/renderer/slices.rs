@@ -93,7 +93,7 @@ impl Renderer {
         let mut clock = super::job::Clock::default();
         let lookups = (scene.method().filter, self.settings.limits.voxel_bytes);
         self.cache.volume_data(&self.volume, lookups, None, &mut clock).ok()?;
-        let (data, entries) = self.cache.kept();
+        let (data, entries, surfaces) = self.cache.kept();
         let data = data?;
         let subject = Subject {
             scene,
@@ -105,7 +105,7 @@ impl Renderer {
             observed: true,
             domain: None,
         };
-        let mut keeper = super::cache::Keeper { entries, volume: &self.volume, data, clock: &mut clock };
+        let mut keeper = super::cache::Keeper { entries, surfaces, volume: &self.volume, data, clock: &mut clock };
         Some(FramePlan::new(subject, &mut keeper))
     }
 }

@@ -45,6 +45,7 @@ impl Scene {
             scene.transfer2d = self.transfer2d.as_ref().map(|t| t.with_colors(to_linear));
             scene.background = Straight { rgb: self.background.rgb.map(to_linear), alpha: self.background.alpha };
             scene.fog = self.fog.map(|fog| fog.with_color_turned(to_linear));
+            scene.levels = self.levels_in_light();
             scene.lighting = self.lighting.as_ref().map(|lighting| lighting.with_colors_turned(to_linear));
         }
         scene

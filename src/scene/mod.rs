@@ -15,7 +15,9 @@ mod phantom_transfer;
 pub mod preset;
 #[cfg(feature = "scene-file")]
 mod property;
+mod shade;
 mod stage;
+mod surfaces;
 #[cfg(test)]
 mod tests;
 mod transfer;
@@ -36,7 +38,10 @@ pub use opengl::{
     TextureFormat, Wrap,
 };
 pub use preset::Preset;
+pub(crate) use shade::{LitPoint, unit};
 pub use stage::{Fits, InProjections, OptionalStage, Quantity, StageId, StageInfo, StageOption};
+pub(crate) use surfaces::Surfaces;
+pub use surfaces::{Hit, LevelSurface, MAX_LEVELS};
 pub use transfer::TransferFunction;
 pub(crate) use transfer2d::GAUSSIAN_END;
 pub use transfer2d::{MAX_REGIONS, Region, Shape, Transfer2d};
@@ -93,17 +98,19 @@ pub enum Blend {
         /// Values below this never stop a ray.
         threshold: f64,
     },
-    /// Colour of the first crossing of `level`, refined between slices; opaque.
+    /// The surface at `level`, opaque and in the transfer function's colour: where a ray first crosses the level, or enters the box above it.
     Iso {
         /// The value of the surface.
         level: f64,
     },
+    /// The surfaces of [`Scene::with_levels`], all that a ray crosses.
+    Surfaces,
 }
 
 impl Blend {
     /// Whether values of a ray are compared or averaged, and one of them becomes the pixel's colour.
     pub(crate) fn projects_values(self) -> bool {
-        !matches!(self, Self::Over | Self::Add | Self::Iso { .. })
+        !matches!(self, Self::Over | Self::Add | Self::Iso { .. } | Self::Surfaces)
     }
 }
 
@@ -130,6 +137,9 @@ pub struct Scene {
     gradient: Gradient,
     clip_planes: Vec<ClipPlane>,
     blend: Blend,
+    levels: Vec<LevelSurface>,
+    hit: Hit,
+    flat_surfaces: bool,
     method: Method,
     opengl: Option<OpenGl>,
 }
@@ -154,6 +164,9 @@ impl Scene {
             gradient: Gradient::default(),
             clip_planes: Vec::new(),
             blend: Blend::Over,
+            levels: Vec::new(),
+            hit: Hit::default(),
+            flat_surfaces: false,
             method: Method::default(),
             opengl: None,
         }
@@ -321,12 +334,15 @@ impl Scene {
     /// The scene blended another way.
     ///
     /// # Errors
-    /// [`Error::Invalid`] when a level or threshold is not finite.
+    /// [`Error::Invalid`] when a level or threshold is not finite, and for [`Blend::Surfaces`] without [`Scene::with_levels`].
     pub fn with_blend(mut self, blend: Blend) -> Result<Self> {
         if let Blend::Lmip { threshold: x } | Blend::Iso { level: x } = blend {
             if !x.is_finite() {
                 return Err(Error::invalid(format!("render level {x}: must be finite")));
             }
+        }
+        if blend == Blend::Surfaces && self.levels.is_empty() {
+            return Err(Error::invalid("render levels: none are given"));
         }
         self.blend = blend;
         self.agreed()
@@ -386,6 +402,9 @@ impl Scene {
             }
         }
         let m = &self.method;
+        if m.filter.is_cubic() && matches!(self.blend, Blend::Iso { .. }) {
+            return Err(Error::invalid("render filter cubic: level surfaces (render blend iso) are those of linear interpolation"));
+        }
         let plain = Method { classification: m.classification, filter: m.filter, target: m.target, ends: m.ends, ..Method::default() };
         if self.opengl.is_none() {
             if m.target == Target::Unorm16 {

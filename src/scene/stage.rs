@@ -97,7 +97,8 @@ pub enum InProjections {
     Runs,
     /// It is left out, and the list of what was left out says why.
     LeftOut(&'static str),
-    /// A scene that asks for it is refused, for this reason. Level surfaces, which are no values, are not refused: it is left out there.
+    /// A scene that asks for it is refused, for this reason. Level surfaces, which are no values, are not refused: light and normals are taken
+    /// where rays meet them, and not stage by stage.
     Refused(&'static str),
 }
 

@@ -3,8 +3,8 @@
 use glam::{DMat3, DMat4, DQuat, DVec3, DVec4};
 use slicestack::scene::{
     Accumulation, AlphaTest, Arithmetic, Blend, BlendFunction, Camera, Classification, ClipPlane, Compare, Ends, Environment, Equation,
-    Factor, Filter, Fog, FogDistance, FogEvaluation, FogMode, FogWeighting, Gradient, Light, LightSource, Lighting, Method, OpenGl, Order,
-    Placement, Projection, SampleAt, Scissor, Shading, SlabForm, Slicing, Straight, Target, TransferFunction, Wrap,
+    Factor, Filter, Fog, FogDistance, FogEvaluation, FogMode, FogWeighting, Gradient, Hit, LevelSurface, Light, LightSource, Lighting,
+    Method, OpenGl, Order, Placement, Projection, SampleAt, Scissor, Shading, SlabForm, Slicing, Straight, Target, TransferFunction, Wrap,
 };
 use slicestack::volume::phantom::Phantom;
 use slicestack::volume::{BoxConvention, Grid, VoxelType, Voxels};
@@ -294,6 +294,21 @@ pub(crate) fn samples() -> Vec<Sample> {
     add("extrapolated", head(), by(near(few()), base.with_extrapolate(true)));
     add("extrapolated-pairs", head(), by(near(few()), pairs.with_extrapolate(true)));
     add("transparent-background", head(), looked(s(), 30.0, 50.0, 0.0, 1.3, WIDE).with_background(Straight::default()).unwrap());
+    // Level surfaces.
+    let surface = |level, color, opacity| LevelSurface::new(level, color, opacity).unwrap();
+    let shells = vec![
+        surface(0.55, Some([0.9, 0.85, 0.7]), 1.0),
+        surface(0.2, Some([0.9, 0.4, 0.3]), 0.4),
+        surface(0.35, Some([0.3, 0.6, 0.9]), 0.5),
+    ];
+    let lit_by = |s: Scene, gradient| s.with_lighting(Some(Lighting::default())).unwrap().with_gradient(gradient);
+    let through = |s: Scene| s.with_levels(shells.clone()).unwrap();
+    add("surfaces", cloud(20, VoxelType::U16), through(looked(s(), 30.0, 20.0, 0.0, 1.3, WIDE)));
+    add("surfaces-lit", cloud(20, VoxelType::F32), lit_by(through(looked(s(), 80.0, -20.0, 0.0, 1.3, PARALLEL)), Gradient::Sobel));
+    add("surfaces-first-sample", cloud(20, VoxelType::U8), through(near(s())).with_hit(Hit::FirstSample));
+    add("iso-lit", Phantom::MarschnerLobb.volume(32).unwrap(), {
+        lit_by(looked(s(), 30.0, 40.0, 0.0, 1.2, WIDE).with_blend(Blend::Iso { level: 0.5 }).unwrap(), Gradient::Analytic)
+    });
     opengl(&mut list);
     lit(&mut list);
     list

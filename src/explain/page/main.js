@@ -111,7 +111,7 @@ function toPixel(at) {
 function heaviest(pixel) {
   let best = null, most = -1;
   pixel.slice.forEach((k, i) => {
-    const was = before(pixel, pixel.start, i), taken = scene.blend === "over" ? Math.abs(was.t - pixel.transmittance[i]) : scene.blend === "iso" || scene.blend === "lmip" ? was.t - pixel.transmittance[i] : Math.abs(toData(pixel.value[i]));
+    const was = before(pixel, pixel.start, i), taken = scene.blend === "over" || scene.blend === "surfaces" ? Math.abs(was.t - pixel.transmittance[i]) : scene.blend === "iso" || scene.blend === "lmip" ? was.t - pixel.transmittance[i] : Math.abs(toData(pixel.value[i]));
     if (pixel.covered[i] && taken > most) [best, most] = [k, taken];
   });
   // Of part of a stack the first slice says why nothing was recorded.

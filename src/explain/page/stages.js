@@ -306,6 +306,7 @@ function valuePlot(pixel, place) {
   plot.line(points, "var(--accent)");
   if (kept) plot.steps(pixel.slice.map((k, n) => [k, toData(pixel.sum[n][0])]), "var(--green)", { dash: "5 3" });
   if (scene.level !== undefined) plot.level(scene.level, "var(--bad)", scene.blend === "iso" ? "the surface's value" : "threshold");
+  for (const [level] of scene.levels || []) plot.level(level, "var(--bad)", "a surface's value");
   plot.mark(place.k, "var(--bad)", "slice " + place.k, true);
   return plot.root;
 }
@@ -316,6 +317,7 @@ const PROJECTIONS = {
   average: "Values are added, each weighted by its piece's length; the mean's colour is the pixel's.",
   add: "Premultiplied colours and opacities are added, and nothing hides anything; opacity ends at 1.",
   lmip: "The first local maximum at or above the threshold is kept; its colour is the pixel's.",
+  surfaces: "Where the values of neighbouring slices lie on both sides of a level the ray crosses its surface: the crossing is sought between the two, lit there, and blended, nearest first.",
   iso: "The first place where the value crosses the level is kept, refined between slices, and lit from the eye.",
 };
 
@@ -327,6 +329,7 @@ const KEPT = {
   average: [["sum of (number \u2212 table's first) \u00b7 length", same], ["sum of lengths", same]],
   add: [["red", same], ["green", same], ["blue", same]],
   lmip: [["last value", toData], ["greatest value", toData]],
+  surfaces: [["red", same], ["green", same], ["blue", same], ["transmittance", same]],
   iso: [["last value", toData], ["crossing, in slices", same]],
 };
 
@@ -337,7 +340,7 @@ function blendPanel(place) {
     parts.push(para(PROJECTIONS[scene.blend] || ""), valuePlot(pixel, place));
     if (i < 0) parts.push(passed(place));
     const kept = KEPT[scene.blend] || [], ends = scene.blend === "iso" || scene.blend === "lmip", adds = scene.blend === "add";
-    const numbers = (sum, t) => [...kept.map(([, f], c) => num(sum[c] === null ? null : f(sum[c]))), ...(ends ? [t > 0 ? "looking on" : "found"] : adds ? [num(t)] : [])];
+    const numbers = (sum, t) => [...kept.map(([, f], c) => { const x = c < 3 ? sum[c] : t; return num(x === null ? null : f(x)); }), ...(ends ? [t > 0 ? "looking on" : "found"] : adds ? [num(t)] : [])];
     const heads = [...kept.map(([name]) => name), ...(ends ? [""] : adds ? ["opacity"] : [])];
     const rows = pixel.slice.map((k, n) => ({ kind: k === place.k ? "here" : "minor", cells: [String(k), num(toData(pixel.value[n])), pixel.covered[n] ? "yes" : "no", ...numbers(pixel.sum[n], pixel.transmittance[n])] }));
     const end = numbers(pixel.gathered, pixel.gathered[3]);
@@ -455,11 +458,12 @@ const STEPS = [
   { name: "Left out", title: "What this scene did not need", show: leftOutPanel },
 ];
 
-const MEANINGS = { covered: "covered", length: "length of the piece, in slabs", cell: "cell", weight: "weights", value: "value", color: "C", alpha: "A", sum: scene.blend === "over" || scene.blend === "add" ? "pixel" : "kept", transmittance: "T" };
+const MEANINGS = { covered: "covered", length: "length of the piece, in slabs", cell: "cell", weight: "weights", value: "value", color: "C", alpha: "A", sum: ["over", "add", "surfaces"].includes(scene.blend) ? "pixel" : "kept", transmittance: "T" };
 // What a projection keeps, in the names of the step Blending.
 function keptWords(quantity, x) {
-  if (quantity === "sum") return (KEPT[scene.blend] || []).map(([name, f], c) => `${name} ${num(x[c] === null ? null : f(x[c]))}`);
+  if (quantity === "sum") return (KEPT[scene.blend] || []).slice(0, 3).map(([name, f], c) => `${name} ${num(x[c] === null ? null : f(x[c]))}`);
   if (scene.blend === "add") return [`opacity ${num(x)}`];
+  if (scene.blend === "surfaces") return [`T ${num(x)}`];
   return scene.blend === "iso" || scene.blend === "lmip" ? [x > 0 ? "looking on" : "found"] : [];
 }
 // Every stage that ran on the slice, what it does in its own words, and what it set: whatever stages there are.

@@ -19,6 +19,7 @@ mod pair;
 mod place;
 mod project;
 mod shade;
+mod surfaces;
 mod transfer2d;
 
 use super::batch::Batch;
@@ -89,6 +90,7 @@ fn twins(id: StageId) -> &'static [fn()] {
             project::add,
             project::local_maximum,
             project::surface,
+            surfaces::surfaces,
         ],
     }
 }
@@ -279,6 +281,7 @@ fn frame<'v>(voxels: &'v Voxels, n: &mut Numbers) -> Frame<'v> {
         },
         blend: BlendFrame { terminate: 0.01, level: 100.0 },
         optional: OptionalFrame { gradient: None, opacity: None, transfer2d: None, light: None, fog: None },
+        surfaces: None,
     }
 }
 

@@ -10,7 +10,7 @@ use serde::Deserialize;
 #[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct LightKeys {
-    /// What light does: Blinn and Phong's formula (blinn-phong, the default), darker with depth (depth), or nothing (none: presets come lit).
+    /// What light does: Blinn and Phong's formula (blinn-phong, the default), darker with depth (depth), or nothing (none: presets come lit, and level surfaces are lit from the eye).
     pub model: Option<ModelKey>,
     /// Share of the colour that needs no light; 0.25 unless given.
     pub ambient: Option<f64>,
@@ -112,6 +112,7 @@ impl LightKeys {
     /// `scene` in the light that the sections describe: changes to `ready`, the light of a preset, where there is one.
     pub(super) fn apply(&self, lights: &[LightsKeys], ready: Option<Lighting>, cx: &Context<'_>, scene: Scene) -> Result<Scene> {
         let scene = scene.with_gradient(self.gradient.map_or(Gradient::Central, Gradient::from));
+        let scene = scene.with_flat_surfaces(self.model == Some(ModelKey::None));
         if self.model == Some(ModelKey::None) {
             return scene.with_lighting(None);
         }

@@ -74,7 +74,7 @@ struct Document {
 
 /// Ways to say one thing, of all sections: a key given on the command line drops its rivals from the file.
 fn rivals() -> impl Iterator<Item = &'static Rivals> {
-    [volume::RIVALS, camera::RIVALS, transfer::RIVALS, slices::RIVALS].into_iter().flatten()
+    [volume::RIVALS, camera::RIVALS, transfer::RIVALS, slices::RIVALS, render::RIVALS].into_iter().flatten()
 }
 
 /// Keys given beside the file, usually by flags: they win over the file's.

@@ -1,9 +1,9 @@
 //! The section `[render]`: how fragments become pixels.
 
-use super::section::{Context, Data, choices};
+use super::section::{Context, Data, Rivals, choices};
 use crate::Result;
 use crate::scene::preset::Landmarks;
-use crate::scene::{Blend, Filter, Method, Scene, Target};
+use crate::scene::{Blend, Filter, Hit, LevelSurface, Method, Scene, Target};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -22,18 +22,44 @@ pub(super) struct RenderKeys {
     pub blend: Option<BlendKey>,
     /// lmip: smallest value that stops a ray.
     pub threshold: Option<f64>,
-    /// iso: value of the surface.
+    /// iso: value of one opaque surface in the transfer function's colour.
     pub level: Option<f64>,
+    /// iso: surfaces, up to 16, nearest in front: each { level = value, color = [red, green, blue] (0 to 1; the transfer function's unless given), opacity = 0 to 1 (1 unless given) }.
+    pub levels: Option<Vec<LevelKeys>>,
+    /// iso: where between two slices a surface is met: where the values cross the level (refined, the default), or at the slice behind that (first-sample, to compare).
+    pub hit: Option<HitKey>,
     /// Whether colours (sRGB numbers) are blended as amounts of light, and the picture's turned back; false unless given.
     pub linear_light: Option<bool>,
 }
 
+/// A level surface.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, expecting = "a surface: { level = value, color = [r, g, b], opacity = a }")]
+pub(super) struct LevelKeys {
+    /// Value of the surface.
+    pub level: f64,
+    /// Red, green, blue, each 0 to 1; the transfer function's colour at the level unless given.
+    #[serde(default)]
+    pub color: Option<[f64; 3]>,
+    /// Opacity, 0 to 1; 1 unless given.
+    #[serde(default = "opaque")]
+    pub opacity: f64,
+}
+
+fn opaque() -> f64 {
+    1.0
+}
+
 choices! {
+    HitKey => Hit { Refined, FirstSample }
     ProfileKey { Accurate, Opengl }
     FilterKey { Linear, Nearest, Cubic }
     TargetKey => Target { F32, Unorm8, Unorm16 }
     BlendKey { Over, Mip, Min, Lmip, Average, Add, Iso }
 }
+
+/// One surface in short, or several.
+pub(super) const RIVALS: &[Rivals] = &[(&["render.level"], &["render.levels"]), (&["render.levels"], &["render.level"])];
 
 impl RenderKeys {
     /// Whether the scene is drawn as OpenGL draws.
@@ -62,9 +88,19 @@ impl RenderKeys {
             &[("render.prefilter", self.prefilter.is_some() && self.filter != Some(FilterKey::Cubic))],
             "is for render.filter = \"cubic\" alone",
         )?;
+        let others = [("render.levels", self.levels.is_some()), ("render.hit", self.hit.is_some())]
+            .map(|(key, given)| (key, given && kind != BlendKey::Iso));
+        cx.refuse(&others, "is for render.blend = \"iso\" alone")?;
+        cx.refuse(&[("render.levels", self.levels.is_some() && self.level.is_some())], "render.level is given too; give one of them")?;
         let merge = scene.method().merge;
         cx.refuse(&[("slices.merge", merge && kind != BlendKey::Over)], "is for render.blend = \"over\" alone")?;
-        let scene = scene.with_linear_light(self.linear_light == Some(true))?;
+        let scene = scene.with_linear_light(self.linear_light == Some(true))?.with_hit(self.hit.map_or(Hit::Refined, Hit::from));
+        if let Some(levels) = &self.levels {
+            let each = |(i, l): (usize, &LevelKeys)| {
+                LevelSurface::new(l.level, l.color, l.opacity).map_err(|e| cx.error(&format!("render.levels[{i}]"), e.to_string()))
+            };
+            return scene.with_levels(levels.iter().enumerate().map(each).collect::<Result<_>>()?);
+        }
         scene.with_blend(match kind {
             BlendKey::Over => Blend::Over,
             BlendKey::Mip => Blend::Mip,
@@ -80,7 +116,7 @@ impl RenderKeys {
 
     /// A surface without a level is taken where the data splits into background and object.
     pub(super) fn finish(&self, data: &mut Data<'_>) -> Result<()> {
-        if self.blend == Some(BlendKey::Iso) && self.level.is_none() {
+        if self.blend == Some(BlendKey::Iso) && self.level.is_none() && self.levels.is_none() {
             let level = Landmarks::of(data.volume.statistics()).split;
             data.warnings.push(format!("render.level is not given: the surface is taken at {level}"));
             data.scene = data.scene.clone().with_blend(Blend::Iso { level })?;

@@ -140,6 +140,15 @@ fn orbit_cameras_and_the_other_modes() {
         assert_eq!(scene(&format!("[render]\nblend = \"{name}\"\n")).blend(), blend);
     }
     assert_eq!(scene("[render]\nblend = \"iso\"\nlevel = 7\n").blend(), Blend::Iso { level: 7.0 });
+    let shells = scene(
+        "[render]\nblend = \"iso\"\nhit = \"first-sample\"\nlevels = [{ level = 7 }, { level = -2, color = [1, 0.5, 0], opacity = 0.25 }]\n",
+    );
+    assert_eq!((shells.blend(), shells.hit(), shells.levels().len()), (Blend::Surfaces, crate::scene::Hit::FirstSample, 2));
+    assert_eq!(
+        (shells.levels()[0].opacity(), shells.levels()[1].color(), shells.levels()[1].opacity()),
+        (1.0, Some([1.0, 0.5, 0.0]), 0.25)
+    );
+    assert!(scene("[render]\nblend = \"iso\"\nlevel = 7\n[light]\nmodel = \"none\"").flat_surfaces());
     // A look-at camera with nothing but an eye, from the front and from straight above.
     for eye in ["[10, -99, 10]", "[9.5, 9.5, 500]"] {
         let s = scene(&format!("[camera]\neye = {eye}\n"));
@@ -331,6 +340,14 @@ fn bad_scenes_say_what_is_wrong_and_where() {
         ("[render]\nlevel = 3", "line 4: render.level: is for render.blend = \"iso\" alone"),
         ("[render]\nthreshold = 3", "line 4: render.threshold: is for render.blend = \"lmip\" alone"),
         ("[render]\nblend = \"iso\"\nlevel = inf", "line 5: render level inf"),
+        ("[render]\nlevels = [{ level = 3 }]", "line 4: render.levels: is for render.blend = \"iso\" alone"),
+        ("[render]\nhit = \"refined\"", "line 4: render.hit: is for render.blend = \"iso\" alone"),
+        (
+            "[render]\nblend = \"iso\"\nlevel = 3\nlevels = [{ level = 3 }]",
+            "line 6: render.levels: render.level is given too; give one of them",
+        ),
+        ("[render]\nblend = \"iso\"\nlevels = [{ level = 3, opacity = 2 }]", "line 5: render.levels[0]: opacity 2: outside [0,1]"),
+        ("[render]\nblend = \"iso\"\nlevels = []", "line 5: render levels: 0 are given, there can be 1 to 16"),
         ("[slices]\ncount = 0", "line 4: slices count 0"),
         ("[slices]\ncount = 2\nspacing = 2", "line 4: slices.count: slices.spacing or slices.tolerance is given too"),
         ("[slices]\nspacing = -2", "line 4: slices spacing -2"),
