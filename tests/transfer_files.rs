@@ -13,7 +13,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 use tempfile::TempDir;
 
-const PROPERTY: &str = "1\n1\n0.1\n0.8\n0.3\n12\n4 0 0 1 0.5\n4 0 0.25 2 1\n8 0 0 0 0 1 1 0.5 0.25\n";
+const PROPERTY: &str = "1\n1\n0.8\n0.1\n0.3\n12\n4 0 0 1 0.5\n4 0 0.25 2 1\n8 0 0 0 0 1 1 0.5 0.25\n";
 const PRESETS: &str = r#"<MRML>
  <VolumeProperty name="Unlit" shade="0" scalarOpacity="4 0 0 1 0.5" colorTransfer="8 0 0 0 0 1 1 0.5 0.25"/>
  <VolumeProperty name="Lit" shade="1" specularPower="0" scalarOpacity="4 0 0 1 0.75" colorTransfer="8 0 0 0 0 1 1 0.5 0.25"/>

@@ -19,8 +19,7 @@ pub(crate) struct SampleFrame<'v> {
     pub(crate) coefficients: Option<&'v Coefficients>,
     /// Distance to the next voxel along each axis, in voxels of what lookups read; 0 along axes of one voxel.
     pub(crate) strides: [usize; 3],
-    /// Whether texture coordinates set `far_offset` instead of `offset`: for observers, kernels know.
-    #[cfg_attr(not(feature = "explain"), allow(dead_code, reason = "only records read it"))]
+    /// Whether texture coordinates set `far_offset` instead of `offset`.
     pub(crate) far: bool,
     /// How stored values become f32, where that takes more than a conversion.
     pub(crate) to_f32: Option<ToF32>,

@@ -13,11 +13,12 @@
 //!                    . o o .
 //! ```
 
+use super::Run;
 use super::batch::Batch;
 use super::cubic::spline_gradient;
 use super::fetch::lerp;
 use super::frame::Frame;
-use super::{Pieces, Run};
+use super::pair::BEHIND;
 use crate::lanes::{Kernel, Lanes, Level, SIDE, convert, for_rows, lanes_of, row, row_mut};
 use crate::scene::Gradient;
 use crate::volume::packed::PackedPairs;
@@ -60,19 +61,13 @@ impl GradientFrame {
     }
 }
 
-/// The kernel for batches of such pieces; `far` where offsets may leave i32.
-pub(super) fn kernel<'v>(pieces: Pieces, far: bool, level: Level) -> Run<'v> {
-    match (pieces, far) {
-        // Fragments at depths of their own lie anywhere in the batch's part of the volume.
-        (Pieces::BehindSlices, true) => level.kernel::<TakeGradient<true, true>, _, _>(),
-        (Pieces::BehindSlices, false) => level.kernel::<TakeGradient<false, true>, _, _>(),
-        (Pieces::OnSlice, true) => level.kernel::<TakeGradient<true, false>, _, _>(),
-        (Pieces::OnSlice, false) => level.kernel::<TakeGradient<false, false>, _, _>(),
-    }
+/// The kernel.
+pub(super) fn kernel<'v>(level: Level) -> Run<'v> {
+    level.kernel::<TakeGradient, _, _>()
 }
 
-/// Gradients of the rows in which something shows. `FAR` batches have offsets beyond i32; with `EACH` fragments have depths of their own.
-pub(super) struct TakeGradient<const FAR: bool, const EACH: bool>;
+/// Gradients of the rows in which something shows.
+pub(super) struct TakeGradient;
 
 /// Neighbours of a cell's lowest corner that central differences need, as steps along x, y, z.
 const CROSS: [[i8; 3]; 32] = {
@@ -204,20 +199,14 @@ pub(super) fn index_of(offset: usize, strides: [usize; 3]) -> [usize; 3] {
 /// The voxels at `steps` from the cells of row `r`, one by one, those beyond the volume taken from its edge. Not inlined: it would not become
 /// faster, and every kernel larger.
 #[inline(never)]
-fn gather<const FAR: bool, const N: usize>(
-    frame: &Frame<'_>,
-    dims: [usize; 3],
-    batch: &Batch,
-    r: usize,
-    steps: &[[i8; 3]; N],
-) -> [[f32; SIDE]; N] {
+fn gather<const N: usize>(frame: &Frame<'_>, dims: [usize; 3], batch: &Batch, r: usize, steps: &[[i8; 3]; N]) -> [[f32; SIDE]; N] {
     let sample = &frame.sample;
     let strides = [1, dims[0], dims[0] * dims[1]];
     let mut found = [[0.0f32; SIDE]; N];
     with_slices!(sample.voxels, v => {
         for i in 0..SIDE {
             let at = SIDE * r + i;
-            let offset = if FAR { batch.rare.far_offset[at] as usize } else { batch.sample.offset[at] as usize };
+            let offset = if sample.far { batch.rare.far_offset[at] as usize } else { batch.sample.offset[at] as usize };
             let cell = index_of(batch.geometry.cells.base + offset, sample.strides);
             // Voxels before, at, and one and two behind the cell's lowest corner, along each axis, within the volume.
             let mut near = [[0; 4]; 3];
@@ -304,6 +293,10 @@ fn cross16<L: Lanes, const SIGNED: bool>(packed: &[u32], batch: &Batch, r: usize
 
 /// Whether every cell of the batch has a voxel before it and two behind its lowest corner, along every axis.
 fn is_deep(frame: &Frame<'_>, dims: [usize; 3], batch: &Batch) -> bool {
+    // Fragments behind the last slices have depths of their own: they lie anywhere.
+    if frame.sample.far || batch.slice == BEHIND {
+        return false;
+    }
     let g = &batch.geometry;
     let base = index_of(g.cells.base, frame.sample.strides);
     (0..3).all(|axis| {
@@ -364,9 +357,9 @@ trait Differences {
 struct Central8<'v, const SIGNED: bool>(&'v [u16]);
 struct Central16<'v, const SIGNED: bool>(&'v [u32]);
 /// Differences of voxels that are loaded one by one.
-struct CentralEach<const FAR: bool>;
-struct AnalyticEach<const FAR: bool>;
-struct SobelEach<const FAR: bool>;
+struct CentralEach;
+struct AnalyticEach;
+struct SobelEach;
 
 impl<const SIGNED: bool> Differences for Central8<'_, SIGNED> {
     #[inline(always)]
@@ -382,24 +375,24 @@ impl<const SIGNED: bool> Differences for Central16<'_, SIGNED> {
     }
 }
 
-impl<const FAR: bool> Differences for CentralEach<FAR> {
+impl Differences for CentralEach {
     #[inline(always)]
     fn along<L: Lanes>(&self, frame: &Frame<'_>, dims: [usize; 3], batch: &Batch, r: usize, place: [L::F; 3]) -> [L::F; 3] {
-        central::<L>(&loaded::<L, 32>(&gather::<FAR, 32>(frame, dims, batch, r, &CROSS)), place)
+        central::<L>(&loaded::<L, 32>(&gather::<32>(frame, dims, batch, r, &CROSS)), place)
     }
 }
 
-impl<const FAR: bool> Differences for AnalyticEach<FAR> {
+impl Differences for AnalyticEach {
     #[inline(always)]
     fn along<L: Lanes>(&self, frame: &Frame<'_>, dims: [usize; 3], batch: &Batch, r: usize, place: [L::F; 3]) -> [L::F; 3] {
-        analytic::<L>(&loaded::<L, 8>(&gather::<FAR, 8>(frame, dims, batch, r, &CELL)), place)
+        analytic::<L>(&loaded::<L, 8>(&gather::<8>(frame, dims, batch, r, &CELL)), place)
     }
 }
 
-impl<const FAR: bool> Differences for SobelEach<FAR> {
+impl Differences for SobelEach {
     #[inline(always)]
     fn along<L: Lanes>(&self, frame: &Frame<'_>, dims: [usize; 3], batch: &Batch, r: usize, place: [L::F; 3]) -> [L::F; 3] {
-        sobel::<L>(&loaded::<L, 64>(&gather::<FAR, 64>(frame, dims, batch, r, &CUBE)), place)
+        sobel::<L>(&loaded::<L, 64>(&gather::<64>(frame, dims, batch, r, &CUBE)), place)
     }
 }
 
@@ -414,7 +407,7 @@ fn each_row<L: Lanes>(frame: &Frame<'_>, gradient: &GradientFrame, batch: &mut B
     });
 }
 
-impl<'v, const FAR: bool, const EACH: bool> Kernel<Frame<'v>, Batch> for TakeGradient<FAR, EACH> {
+impl<'v> Kernel<Frame<'v>, Batch> for TakeGradient {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
         let Some(gradient) = &frame.optional.gradient else { return };
@@ -432,24 +425,28 @@ impl<'v, const FAR: bool, const EACH: bool> Kernel<Frame<'v>, Batch> for TakeGra
         match gradient.kind {
             Gradient::Analytic if frame.sample.coefficients.is_some() => {
                 let (sample, rare) = (&batch.sample, &batch.rare);
-                spline_gradient::<L, FAR>(frame, &batch.geometry, (sample, rare), rows, &mut batch.gradient.normal);
+                if frame.sample.far {
+                    spline_gradient::<L, true>(frame, &batch.geometry, (sample, rare), rows, &mut batch.gradient.normal);
+                } else {
+                    spline_gradient::<L, false>(frame, &batch.geometry, (sample, rare), rows, &mut batch.gradient.normal);
+                }
                 for_rows!(rows, r => {
                     let [x, y, z] = &batch.gradient.normal;
                     let along = [L::load(row(x, r)), L::load(row(y, r)), L::load(row(z, r))];
                     finish::<L>(gradient, along, batch, r);
                 });
             }
-            Gradient::Analytic => each_row::<L>(frame, gradient, batch, rows, &AnalyticEach::<FAR>),
-            Gradient::Sobel => each_row::<L>(frame, gradient, batch, rows, &SobelEach::<FAR>),
+            Gradient::Analytic => each_row::<L>(frame, gradient, batch, rows, &AnalyticEach),
+            Gradient::Sobel => each_row::<L>(frame, gradient, batch, rows, &SobelEach),
             Gradient::Central => {
-                let packed = frame.sample.packed.filter(|_| !FAR && !EACH && is_deep(frame, gradient.dims, batch));
+                let packed = frame.sample.packed.filter(|_| is_deep(frame, gradient.dims, batch));
                 let signed = matches!(frame.sample.voxels, VoxelSlices::I8(_) | VoxelSlices::I16(_));
                 match packed.map(|p| &p.pairs) {
                     Some(PackedPairs::Of8(v)) if signed => each_row::<L>(frame, gradient, batch, rows, &Central8::<true>(v)),
                     Some(PackedPairs::Of8(v)) => each_row::<L>(frame, gradient, batch, rows, &Central8::<false>(v)),
                     Some(PackedPairs::Of16(v)) if signed => each_row::<L>(frame, gradient, batch, rows, &Central16::<true>(v)),
                     Some(PackedPairs::Of16(v)) => each_row::<L>(frame, gradient, batch, rows, &Central16::<false>(v)),
-                    None => each_row::<L>(frame, gradient, batch, rows, &CentralEach::<FAR>),
+                    None => each_row::<L>(frame, gradient, batch, rows, &CentralEach),
                 }
             }
         }

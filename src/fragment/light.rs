@@ -102,34 +102,32 @@ impl LightingFrame {
     }
 }
 
-/// The kernel for `lighting` on batches of such pieces.
-pub(super) fn kernel<'v>(shading: Shading, pieces: Pieces, far: bool, level: Level) -> Run<'v> {
-    match (shading, pieces, far) {
-        (Shading::Depth, Pieces::OnSlice, _) => level.kernel::<CueDepth, _, _>(),
-        (Shading::Depth, Pieces::BehindSlices, true) => level.kernel::<CueEach<true>, _, _>(),
-        (Shading::Depth, Pieces::BehindSlices, false) => level.kernel::<CueEach<false>, _, _>(),
-        (_, Pieces::OnSlice, _) => level.kernel::<Shade, _, _>(),
-        (_, Pieces::BehindSlices, true) => level.kernel::<ShadeEach<true>, _, _>(),
-        (_, Pieces::BehindSlices, false) => level.kernel::<ShadeEach<false>, _, _>(),
+/// The kernel for such light on batches of such pieces.
+pub(super) fn kernel<'v>(shading: Shading, pieces: Pieces, level: Level) -> Run<'v> {
+    match (shading, pieces) {
+        (Shading::Depth, Pieces::OnSlice) => level.kernel::<CueDepth, _, _>(),
+        (Shading::Depth, Pieces::BehindSlices) => level.kernel::<CueEach, _, _>(),
+        (_, Pieces::OnSlice) => level.kernel::<Shade, _, _>(),
+        (_, Pieces::BehindSlices) => level.kernel::<ShadeEach, _, _>(),
     }
 }
 
 /// Blinn and Phong's light on fragments of a slice.
 pub(super) struct Shade;
-/// The same on fragments at depths of their own. `FAR` batches have offsets beyond i32.
-pub(super) struct ShadeEach<const FAR: bool>;
+/// The same on fragments at depths of their own.
+pub(super) struct ShadeEach;
 /// Darker with depth, on a slice.
 pub(super) struct CueDepth;
 /// The same on fragments at depths of their own.
-pub(super) struct CueEach<const FAR: bool>;
+pub(super) struct CueEach;
 
 /// Index coordinates of fragments relative to the base voxel, where each is at a depth of its own.
-fn places<const FAR: bool>(frame: &Frame<'_>, batch: &Batch) -> [[f32; BATCH]; 3] {
+fn places(frame: &Frame<'_>, batch: &Batch) -> [[f32; BATCH]; 3] {
     let (base, strides) = (batch.geometry.cells.base, frame.sample.strides);
     let first = index_of(base, strides);
     let mut places = [[0.0; BATCH]; 3];
     for i in 0..BATCH {
-        let offset = if FAR { batch.rare.far_offset[i] as usize } else { batch.sample.offset[i] as usize };
+        let offset = if frame.sample.far { batch.rare.far_offset[i] as usize } else { batch.sample.offset[i] as usize };
         let cell = index_of(base + offset, strides);
         for axis in 0..3 {
             places[axis][i] = ((cell[axis] as f64 - first[axis] as f64) + f64::from(batch.sample.weight[axis][i])) as f32;
@@ -345,10 +343,10 @@ impl<'v> Kernel<Frame<'v>, Batch> for Shade {
     }
 }
 
-impl<'v, const FAR: bool> Kernel<Frame<'v>, Batch> for ShadeEach<FAR> {
+impl<'v> Kernel<Frame<'v>, Batch> for ShadeEach {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
-        let places = Each(places::<FAR>(frame, batch));
+        let places = Each(places(frame, batch));
         shade::<L>(frame, batch, &places);
     }
 }
@@ -373,12 +371,12 @@ impl<'v> Kernel<Frame<'v>, Batch> for CueDepth {
     }
 }
 
-impl<'v, const FAR: bool> Kernel<Frame<'v>, Batch> for CueEach<FAR> {
+impl<'v> Kernel<Frame<'v>, Batch> for CueEach {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
         let Some(light) = &frame.optional.light else { return };
         let base = index_of(batch.geometry.cells.base, frame.sample.strides).map(|x| x as f64);
-        let places = places::<FAR>(frame, batch);
+        let places = places(frame, batch);
         let mut factor = [0.0; SIDE];
         for_rows!(batch.shown, r => {
             for (i, factor) in factor.iter_mut().enumerate() {

@@ -102,14 +102,14 @@ impl OptionalFrame {
     }
 }
 
-/// The kernel of a stage that scenes may ask for; `None` where `scene` does not. `far` where offsets may leave i32.
-pub(crate) fn optional_kernel<'v>(stage: OptionalStage, scene: &Scene, pieces: Pieces, far: bool, level: Level) -> Option<Run<'v>> {
+/// The kernel of a stage that scenes may ask for; `None` where `scene` does not.
+pub(crate) fn optional_kernel<'v>(stage: OptionalStage, scene: &Scene, pieces: Pieces, level: Level) -> Option<Run<'v>> {
     let option = stage.option();
     match stage {
-        OptionalStage::Gradient => scene.needs_gradient().then(|| gradient::kernel(pieces, far, level)),
+        OptionalStage::Gradient => scene.needs_gradient().then(|| gradient::kernel(level)),
         OptionalStage::GradientOpacity => (option.wanted)(scene).then(|| gradient_opacity::kernel(level)),
         OptionalStage::Transfer2d => scene.transfer2d().map(|_| transfer2d::kernel(level)),
-        OptionalStage::Light => Some(light::kernel(scene.lighting()?.shading, pieces, far, level)),
+        OptionalStage::Light => Some(light::kernel(scene.lighting()?.shading, pieces, level)),
         OptionalStage::Fog => Some(fog::kernel(scene.fog()?.distance(), pieces, level)),
     }
 }

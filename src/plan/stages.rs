@@ -106,7 +106,7 @@ impl Kernels<'_> {
             StageId::Optional(stage) => {
                 let pieces = if of == For::Behind { Pieces::BehindSlices } else { Pieces::OnSlice };
                 let runs = of != For::Keep && (colors || stage.option().projections == InProjections::Runs);
-                if runs && !LEAN { optional_kernel(stage, self.scene, pieces, self.needs.far, level) } else { None }
+                if runs && !LEAN { optional_kernel(stage, self.scene, pieces, level) } else { None }
             }
         }
     }

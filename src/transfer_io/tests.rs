@@ -115,7 +115,7 @@ fn opacities_of_another_length_are_converted() {
 
 #[test]
 fn a_volume_property_of_nine_lines_or_eight() {
-    let text = "1\n1\n0.2\n0.9\n0.3\n10\n6 -3024 0 67 0.5 3071 0.8\n4 0 1 255 1\n8 -3024 0 0 0 3071 1 1 1\n";
+    let text = "1\n1\n0.9\n0.2\n0.3\n10\n6 -3024 0 67 0.5 3071 0.8\n4 0 1 255 1\n8 -3024 0 0 0 3071 1 1 1\n";
     let c = parsed(FileKind::SlicerProperty, text, None);
     assert_eq!(c.property.opacity, [(-3024.0, 0.0), (67.0, 0.5), (3071.0, 0.8)]);
     assert_eq!(c.property.color, [(-3024.0, [0.0; 3]), (3071.0, [1.0; 3])]);
@@ -139,7 +139,7 @@ fn a_volume_property_of_nine_lines_or_eight() {
 
 #[test]
 fn volume_properties_that_are_none() {
-    let good = ["1", "1", "0.2", "0.9", "0.3", "10", "4 0 0 10 1", "4 0 1 255 1", "8 0 0 0 0 10 1 1 1"];
+    let good = ["1", "1", "0.9", "0.2", "0.3", "10", "4 0 0 10 1", "4 0 1 255 1", "8 0 0 0 0 10 1 1 1"];
     let says = |line: usize, text: &str, want: &str| {
         let mut lines = good;
         lines[line - 1] = text;
@@ -148,8 +148,8 @@ fn volume_properties_that_are_none() {
     };
     says(1, "one", "line 1: interpolation: \"one\" is no number");
     says(2, "1 1", "line 2: shade is one number");
-    says(3, "nan", "line 3: ambient: \"nan\" is not finite");
-    says(4, "-1", "diffuse -1: must not be negative");
+    says(3, "nan", "line 3: diffuse: \"nan\" is not finite");
+    says(4, "-1", "ambient -1: must not be negative");
     says(7, "5 0 0 10 1", "line 7: scalar opacity: 5 numbers are announced and 4 follow");
     says(7, "99999999999999999999 0 0", "the count \"99999999999999999999\" is no whole number");
     says(7, "18446744073709551615 0 0", "18446744073709551615 numbers are announced and 2 follow");

@@ -3,8 +3,8 @@
 //! ```text
 //!  1                                interpolation: 0 nearest, 1 linear
 //!  1                                shade: 0 not lit, 1 lit
-//!  0.2                              ambient
 //!  0.9                              diffuse
+//!  0.2                              ambient
 //!  0.2                              specular
 //!  10                               specular power
 //!  4 -100 0 300 0.8                 scalar opacity: count of numbers, then value and opacity of each point
@@ -17,7 +17,7 @@ use super::numbers::{colors, counted, curve, gradient, groups, number, shortened
 use super::{Contents, Material, Parsed, VolumeProperty, number as written, spaced};
 
 /// The numbers in front of the lists, and where they stand.
-const HEAD: [&str; 6] = ["interpolation", "shade", "ambient", "diffuse", "specular", "specular power"];
+const HEAD: [&str; 6] = ["interpolation", "shade", "diffuse", "ambient", "specular", "specular power"];
 
 pub(super) fn parse(text: &str) -> Parsed<Contents> {
     let mut lines: Vec<(usize, &str)> = text.lines().enumerate().map(|(i, line)| (i + 1, line.trim())).collect();
@@ -55,7 +55,7 @@ pub(super) fn parse(text: &str) -> Parsed<Contents> {
     };
     let what = place(color, "colour");
     let color = some(colors(groups(&counted(color.1, &what)?, &what, "value, red, green, blue")?, &what)?, &what)?;
-    let [interpolation, shade, ambient, diffuse, specular, power] = head;
+    let [interpolation, shade, diffuse, ambient, specular, power] = head;
     if interpolation == 0.0 {
         warnings.push(NEAREST.into());
     }
@@ -111,7 +111,7 @@ fn apart<T: Copy>(points: &[(f64, T)]) -> Vec<(f64, T)> {
 pub(super) fn write(property: &VolumeProperty) -> String {
     let m = property.material.unwrap_or_default();
     let shade = if property.material.is_some() { "1" } else { "0" };
-    let head = [m.ambient, m.diffuse, m.specular, m.shininess].map(written);
+    let head = [m.diffuse, m.ambient, m.specular, m.shininess].map(written);
     let mut text = format!("1\n{shade}\n");
     for line in head.iter().chain(&lists(property)) {
         text += line;

@@ -188,7 +188,7 @@ fn slices(at: Where) {
             let gradient = KINDS[round % 3];
             frame.optional.gradient = Some(GradientFrame::new(gradient, &grid, scale));
             let (before, cells) = on_slice(&mut n, &frame, at);
-            held += hold::<TakeGradient<false, false>>(&frame, &grid, gradient, scale, &before, &cells);
+            held += hold::<TakeGradient>(&frame, &grid, gradient, scale, &before, &cells);
         }
     }
     assert!(held > 20_000, "{held} gradients");
@@ -225,10 +225,11 @@ pub(super) fn of_pieces_at_depths_of_their_own() {
                 let cells = place(&mut n, &mut before, dims, frame.sample.strides);
                 // An axis of one voxel has no gradient along it.
                 let flat: Vec<usize> = (0..3).filter(|&a| dims[a] == 1).collect();
-                hold::<TakeGradient<false, true>>(&frame, &grid, gradient, 1.0, &before, &cells);
-                hold::<TakeGradient<true, true>>(&frame, &grid, gradient, 1.0, &before, &cells);
-                hold::<TakeGradient<true, false>>(&frame, &grid, gradient, 1.0, &before, &cells);
-                run::<TakeGradient<true, true>>(
+                for (far, slice) in [(false, BEHIND), (true, BEHIND), (true, 3)] {
+                    (frame.sample.far, before.slice) = (far, slice);
+                    hold::<TakeGradient>(&frame, &grid, gradient, 1.0, &before, &cells);
+                }
+                run::<TakeGradient>(
                     &frame,
                     &before,
                     &[Part::Normal, Part::Size, Part::GradientRows, Part::GradientsTaken],
@@ -269,26 +270,21 @@ pub(super) fn around_holes_and_on_plateaus() {
         frame.optional.gradient = Some(GradientFrame::new(kind, &grid, 1.0));
         let (mut before, cells) = on_slice(&mut n, &frame, Where::Anywhere);
         (before.mask, before.shown, before.slab.alpha) = (u64::MAX, u8::MAX, [0.5; BATCH]);
-        run::<TakeGradient<false, false>>(
-            &frame,
-            &before,
-            &[Part::Normal, Part::Size, Part::GradientRows, Part::GradientsTaken],
-            |after, level| {
-                for i in 0..BATCH {
-                    let part = [0, 1, 2].map(|a: usize| f64::from(before.sample.weight[a][i]));
-                    let found = want(&frame, &grid, kind, 1.0, cells[i], part);
-                    let normal = [0, 1, 2].map(|a: usize| after.gradient.normal[a][i]);
-                    // Differences of equal voxels are exact.
-                    if found.is_none_or(|w| w.gradient.length() < 1e-12) {
-                        without += 1;
-                        assert_eq!((after.gradient.size[i], normal), (0.0, [0.0; 3]), "at {level}, fragment {i}");
-                    } else {
-                        with += 1;
-                        assert!(after.gradient.size[i] > 0.0, "at {level}, fragment {i}");
-                    }
+        run::<TakeGradient>(&frame, &before, &[Part::Normal, Part::Size, Part::GradientRows, Part::GradientsTaken], |after, level| {
+            for i in 0..BATCH {
+                let part = [0, 1, 2].map(|a: usize| f64::from(before.sample.weight[a][i]));
+                let found = want(&frame, &grid, kind, 1.0, cells[i], part);
+                let normal = [0, 1, 2].map(|a: usize| after.gradient.normal[a][i]);
+                // Differences of equal voxels are exact.
+                if found.is_none_or(|w| w.gradient.length() < 1e-12) {
+                    without += 1;
+                    assert_eq!((after.gradient.size[i], normal), (0.0, [0.0; 3]), "at {level}, fragment {i}");
+                } else {
+                    with += 1;
+                    assert!(after.gradient.size[i] > 0.0, "at {level}, fragment {i}");
                 }
-            },
-        );
+            }
+        });
     }
     assert!(without > 1000 && with > 1000, "{without} without, {with} with");
 }
@@ -309,9 +305,9 @@ pub(super) fn of_numbers_at_the_ends_of_f32() {
             let (mut before, cells) = on_slice(&mut n, &frame, Where::Anywhere);
             (before.mask, before.shown, before.slab.alpha) = (u64::MAX, u8::MAX, [0.5; BATCH]);
             if there {
-                assert!(hold::<TakeGradient<false, false>>(&frame, &grid, kind, 1.0, &before, &cells) > 100, "2^{exponent}, {kind:?}");
+                assert!(hold::<TakeGradient>(&frame, &grid, kind, 1.0, &before, &cells) > 100, "2^{exponent}, {kind:?}");
             } else {
-                run::<TakeGradient<false, false>>(
+                run::<TakeGradient>(
                     &frame,
                     &before,
                     &[Part::Normal, Part::Size, Part::GradientRows, Part::GradientsTaken],

@@ -151,17 +151,12 @@ fn every_kernel_gives_the_same_bits_at_every_level() {
     levels_agree::<ProjectAdd>("add", &[], &[U8]);
     levels_agree::<ProjectLmip>("lmip", &[], &[U8]);
     levels_agree::<ProjectIso>("iso", &[], &[U8]);
-    levels_agree::<TakeGradient<false, false>>("gradient", &[texcoord], &VoxelType::ALL);
-    levels_agree::<TakeGradient<true, false>>("gradient far", &[texcoord_far], &VoxelType::ALL);
-    levels_agree::<TakeGradient<false, true>>("gradient at own depths", &[texcoord], &VoxelType::ALL);
-    levels_agree::<TakeGradient<true, true>>("gradient at own depths, far", &[texcoord_far], &VoxelType::ALL);
+    levels_agree::<TakeGradient>("gradient", &[texcoord], &VoxelType::ALL);
     levels_agree::<WeighByGradient>("gradient opacity", &[], &[U8]);
     levels_agree::<Shade>("light", &[], &[U8]);
-    levels_agree::<ShadeEach<false>>("light at own depths", &[texcoord], &[U8]);
-    levels_agree::<ShadeEach<true>>("light at own depths, far", &[texcoord_far], &[U8]);
+    levels_agree::<ShadeEach>("light at own depths", &[texcoord], &[U8]);
     levels_agree::<CueDepth>("depth", &[], &[U8]);
-    levels_agree::<CueEach<false>>("depth of each", &[texcoord], &[U8]);
-    levels_agree::<CueEach<true>>("depth of each, far", &[texcoord_far], &[U8]);
+    levels_agree::<CueEach>("depth of each", &[texcoord], &[U8]);
 }
 
 /// The values that lookup `run` gives the batch `start`, as bits.
@@ -230,7 +225,7 @@ fn all_loads_of_a_gradient_give_the_same_bits() {
             texcoord(&frame, &mut start);
             let of = |frame: &Frame<'_>, level: Level| {
                 let mut b = start.clone();
-                level.kernel::<TakeGradient<false, false>, Frame<'_>, Batch>()(frame, &mut b);
+                level.kernel::<TakeGradient, Frame<'_>, Batch>()(frame, &mut b);
                 [Part::Normal, Part::Size].map(|part| part.bits(&b))
             };
             let want = of(&frame, Level::SCALAR);

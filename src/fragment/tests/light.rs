@@ -211,11 +211,13 @@ pub(super) fn shades_at_depths_of_their_own() {
         let view = view(&grid, direction(&mut n), round % 2 == 0);
         let lighting = random_lighting(&mut n, &grid, &view);
         let setting = Setting { lighting: &lighting, grid: &grid, view: &view };
-        let (frame, unit) = lighted(&mut n, &none, &setting);
+        let (mut frame, unit) = lighted(&mut n, &none, &setting);
         let mut before = batch(&mut n);
         let cells = place(&mut n, &mut before, DIMS, frame.sample.strides);
-        held += hold::<ShadeEach<false>>(&setting, unit, &frame, &before, |i| in_cell(&grid, &before, &cells, i));
-        held += hold::<ShadeEach<true>>(&setting, unit, &frame, &before, |i| in_cell(&grid, &before, &cells, i));
+        for far in [false, true] {
+            frame.sample.far = far;
+            held += hold::<ShadeEach>(&setting, unit, &frame, &before, |i| in_cell(&grid, &before, &cells, i));
+        }
     }
     assert!(held > 5000, "{held} colours");
 }
@@ -323,7 +325,9 @@ pub(super) fn darkness_by_depth() {
         };
         run::<CueDepth>(&frame, &before, &[Part::Color], |after, level| check(after, level, &|_| f64::from(before.depth)));
         let own = |i: usize| (in_cell(&grid, &before, &cells, i) - view.eye).dot(view.forward);
-        run::<CueEach<false>>(&frame, &before, &[Part::Color], |after, level| check(after, level, &own));
-        run::<CueEach<true>>(&frame, &before, &[Part::Color], |after, level| check(after, level, &own));
+        for far in [false, true] {
+            frame.sample.far = far;
+            run::<CueEach>(&frame, &before, &[Part::Color], |after, level| check(after, level, &own));
+        }
     }
 }
