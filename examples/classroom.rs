@@ -59,7 +59,8 @@ pub(crate) fn run(folder: &Path, file: &Path) -> Result<()> {
         built_in_head()?
     };
     let surface = |level, color, opacity| LevelSurface::new(level, Some(color), opacity);
-    let white = |slices| scene(slices, vec![surface(subject.skin, [1.0; 3], 1.0)?]);
+    let one = |slices, color| scene(slices, vec![surface(subject.skin, color, 1.0)?]);
+    let (white, clay) = ([1.0; 3], [0.82, 0.8, 0.77]);
     let mut depth = Lighting::default();
     depth.shading = Shading::Depth;
     let lamp = Light::new(LightSource::Direction(glam::DVec3::new(-0.5, -0.8, 0.7)), [1.0; 3])?;
@@ -68,16 +69,16 @@ pub(crate) fn run(folder: &Path, file: &Path) -> Result<()> {
 
     // Few slices: so that it shows where a ray is told to have met the surface.
     let few = 72;
-    let both = vec![surface(subject.skin, [0.9, 0.62, 0.48], 0.45)?, surface(subject.bone, [1.0, 0.97, 0.88], 1.0)?];
+    let both = vec![surface(subject.skin, [0.9, 0.62, 0.48], 0.5)?, surface(subject.bone, [1.0, 0.97, 0.88], 1.0)?];
     let steps = [
         // Is there anything along the ray? Yes or no.
-        ("1-threshold", white(256)?.with_flat_surfaces(true)),
+        ("1-threshold", one(256, white)?.with_flat_surfaces(true)),
         // How far away is it? The nearer, the brighter: the first pictures that showed a shape.
-        ("2-depth", white(256)?.with_lighting(Some(depth))?),
+        ("2-depth", one(256, white)?.with_lighting(Some(depth))?),
         // Which way does it face? The gradient of the values tells. Taken at the first sample inside, it makes rings.
-        ("3-first-sample", white(few)?.with_lighting(Some(lit.clone()))?.with_hit(Hit::FirstSample)),
+        ("3-first-sample", one(few, clay)?.with_lighting(Some(lit.clone()))?.with_hit(Hit::FirstSample)),
         // The same slices, the same light; but the crossing between two samples is sought, and the gradient is taken there.
-        ("4-refined", white(few)?.with_lighting(Some(lit.clone()))?),
+        ("4-refined", one(few, clay)?.with_lighting(Some(lit.clone()))?),
         // What lies behind? Each surface lets some light through.
         ("5-skin-over-bone", scene(512, both)?.with_lighting(Some(lit))?.with_gradient(Gradient::Sobel)),
     ];
