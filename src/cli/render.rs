@@ -137,7 +137,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
     rendered()?;
     let start = Instant::now();
     let bytes = picture.encode(format, depth)?;
-    let plane_bytes = seen.iter().map(|plane| plane.encode(planes.format)).collect::<slicestack::Result<Vec<_>>>()?;
+    let plane_bytes = seen.iter().map(|plane| plane.encode(planes.format)).collect::<Result<Vec<_>, _>>()?;
     clock.encode = start.elapsed().as_secs_f64();
     enter(Phase::Writing);
     sink.write(&bytes)?;

@@ -128,7 +128,7 @@ impl<'a> Lights<'a> {
                 Model::Depth(near, far)
             }
             Shading::BlinnPhong => {
-                let lamp = |l: &crate::scene::Light| Lamp { source: l.source(), color: l.color().map(&turn) };
+                let lamp = |l: &crate::scene::Light| Lamp { source: within_f64(l.source()), color: l.color().map(&turn) };
                 Model::BlinnPhong { lamps: lighting.lights().iter().map(lamp).collect(), material: lighting.clone() }
             }
         });
@@ -148,6 +148,15 @@ impl<'a> Lights<'a> {
         let mut lit = Lit { lights: self, ray: *ray, gradient, scale, factor: (1.0, 0.0) };
         lit.enter(0.5);
         lit
+    }
+}
+
+/// The same light, near enough for squares of its distance.
+fn within_f64(source: LightSource) -> LightSource {
+    const FAR: f64 = 1e100;
+    match source {
+        LightSource::Position(p) if p.abs().max_element() > FAR => LightSource::Position(p * (FAR / p.abs().max_element())),
+        other => other,
     }
 }
 

@@ -224,6 +224,13 @@ impl Piece<'_> {
         Sum { depth, emitted, rise }
     }
 
+    /// What rounding may change about a difference of two colours: values far from 0 leave few digits to what lies between them.
+    fn noise(&self) -> f64 {
+        let value = self.field.coefficients().iter().map(|c| c.abs()).sum::<f64>() + self.segment.origin.abs();
+        let slope = self.segment.color_slope.iter().fold(0.0, |most: f64, c| most.max(c.abs()));
+        16.0 * f64::EPSILON * (1.0 + value * slope)
+    }
+
     /// Whether the colour is the same all along.
     fn one_color(&self) -> bool {
         let fog_varies = self.fog.is_some_and(|f| !matches!(f.haze, Haze::Clear | Haze::Full));
@@ -295,6 +302,7 @@ impl Quadrature {
         let mut unseen = 0.0;
         if piece.lit.is_some() && fine.depth.is_finite() {
             let hidden = -libm::expm1(-fine.depth);
+            let noise = piece.noise();
             for (sum, found) in [(&coarse, &mut rough), (&fine, &mut good)] {
                 let middle = libm::exp(-0.5 * sum.depth);
                 for i in 0..3 {
@@ -302,7 +310,7 @@ impl Quadrature {
                     // middle transmittance, from which T differs by `hidden` at most.
                     let missed = last[i] - first[i] - sum.rise[i];
                     found[i] = (found[i] + middle * missed).clamp(0.0, hidden);
-                    unseen = f64::max(unseen, missed.abs() * hidden);
+                    unseen = f64::max(unseen, (missed.abs() - noise).max(0.0) * hidden);
                 }
             }
             unseen = unseen.min(hidden);

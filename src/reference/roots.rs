@@ -34,7 +34,11 @@ const HALVINGS: u32 = 40;
 
 /// Adds the places in (0,1) where `polynomial` changes sign to `found`. What lies below `noise` counts as 0.
 pub(super) fn sign_changes(polynomial: &[f64], noise: f64, found: &mut Vec<f64>) {
-    let n = polynomial.len() - 1;
+    // A constant has none.
+    let n = polynomial.len().saturating_sub(1);
+    if n == 0 {
+        return;
+    }
     let binomial = |n: usize, k: usize| (0..k).fold(1.0, |b, i| b * (n - i) as f64 / (i + 1) as f64);
     let bernstein: Vec<f64> = (0..=n).map(|j| (0..=j).map(|i| binomial(j, i) / binomial(n, i) * polynomial[i]).sum()).collect();
     isolate(polynomial, &bernstein, noise, (0.0, 1.0), HALVINGS, found);

@@ -64,10 +64,12 @@ struct Setting<'s> {
 
 /// A direction of length 1 and how far an f32 one may be off it; `None` for one without length.
 fn towards(point: DVec3, from: DVec3, reach: f64) -> Option<(DVec3, f64)> {
-    let way = point - from;
+    // Squares of very large numbers would leave f64.
+    let far = (point - from).abs().max_element().max(1.0);
+    let way = (point - from) / far;
     let length = way.length();
     // The way is a difference of numbers as large as the batch's part of the box, or the light's distance, is.
-    (length > 0.0).then(|| (way / length, 16.0 * ROUNDING * (1.0 + reach / length)))
+    (length > 0.0).then(|| (way / length, 16.0 * ROUNDING * (1.0 + reach / (length * far))))
 }
 
 /// Colours of fragment `i` in the light, each with how far an f32 may be off it, where that is little enough to tell anything.
