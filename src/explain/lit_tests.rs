@@ -14,7 +14,9 @@ fn lamps() -> Lighting {
         light(LightSource::Direction(DVec3::new(1.0, 2.0, 3.0)), [0.3, 0.4, 0.5]),
         light(LightSource::Position(DVec3::new(40.0, -90.0, 70.0)), [0.4, 0.2, 0.3]),
     ];
-    Lighting { gradient_floor: 0.004, specular: 0.3, ..Lighting::default() }.with_lights(lights).unwrap()
+    let mut material = Lighting::default();
+    (material.gradient_floor, material.specular) = (0.004, 0.3);
+    material.with_lights(lights).unwrap()
 }
 
 fn lit(scene: Scene) -> Scene {
@@ -70,7 +72,11 @@ fn check(name: &str, volume: &Volume, scene: &Scene) -> Compared {
                 let rounding = f64::from(g.rounding);
                 assert!(f64::from(g.aside) < gradient::ASIDE, "{at}: {} voxels aside", g.aside);
                 // What the pipeline left is what is worked out beside it, and rounding is a small part of steep gradients.
-                assert!((n * -size - worked_out).abs().max_element() <= rounding, "{at}: {} is not {worked_out}, within {rounding}", n * -size);
+                assert!(
+                    (n * -size - worked_out).abs().max_element() <= rounding,
+                    "{at}: {} is not {worked_out}, within {rounding}",
+                    n * -size
+                );
                 assert!(rounding < 1e-3 * worked_out.length().max(0.05), "{at}: rounding {rounding} of {}", worked_out.length());
                 // And what another way to it gives, away from faces of cells, where the analytic gradient jumps.
                 if scene.gradient() != Gradient::Analytic || !index.to_array().into_iter().any(near_face) {
@@ -146,7 +152,8 @@ fn recorded_colours_by_gradient_and_depth_are_worked_out_alike() {
             let compared = check(name, &volume, &lit(scene));
             assert!(compared.by_gradient > 50 && compared.lit > 50, "{name}: {compared:?}");
         }
-        let cued = Lighting { shading: Shading::Depth, ..Lighting::default() };
+        let mut cued = Lighting::default();
+        cued.shading = Shading::Depth;
         let compared = check("depth", &volume, &scene(projection).with_lighting(Some(cued)).unwrap());
         assert!(compared.gradients == 0 && compared.lit > 200 && compared.brightest > 0.05, "{compared:?}");
     }

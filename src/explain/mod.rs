@@ -102,6 +102,9 @@ struct Record {
     by_gradient: Option<ByGradientRecord>,
     #[serde(skip_serializing_if = "Option::is_none")]
     light: Option<LightRecord>,
+    /// To the picture's right, to its top, and along the line of sight: for scenes with one of these.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    axes: Option<Axes>,
     /// Slices recorded: from, up to but without.
     slices: [u64; 2],
     /// Value in the data's units = scale * number + offset.
@@ -116,6 +119,14 @@ struct Record {
     notes: Vec<String>,
     fragments: u64,
     fetches: u64,
+}
+
+/// Unit vectors of the camera, world space.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+struct Axes {
+    right: [f64; 3],
+    up: [f64; 3],
+    forward: [f64; 3],
 }
 
 /// A recorded scene.
@@ -248,6 +259,11 @@ pub fn explain(volume: &Volume, scene: &Scene, settings: &Settings, request: &Re
         stack: stack_record,
         gradient: sloped.then(|| GradientRecord::new(scene.gradient(), volume, stats.tally.gradients, stats.tally.lanes)),
         by_gradient,
+        axes: (sloped || lit.is_some()).then(|| Axes {
+            right: view.right.to_array(),
+            up: view.up.to_array(),
+            forward: view.forward.to_array(),
+        }),
         light: lit.map(|light| LightRecord::new(light, context, &stack)),
         slices: [slices.start, slices.end],
         scale,
@@ -336,5 +352,7 @@ fn straight(map: &tiny_skia::Pixmap) -> Vec<u8> {
     map.pixels().iter().flat_map(pixel).collect()
 }
 
+#[cfg(test)]
+mod lit_tests;
 #[cfg(test)]
 mod tests;
