@@ -1,6 +1,7 @@
 // The step Gradient, and colour and opacity that depend on it: for scenes that take gradients.
 Object.assign(MEANINGS, { normal: "n", steepness: "|g|", tau: "\u03c4", ctau: "c\u03c4" });
 const NUMBERED = ["x", "y", "z"];
+const slabs = (x) => num(x, 5) + (num(x, 5) === "1" ? " slab" : " slabs");
 const minus = (a, b) => a.map((x, c) => x - b[c]);
 const dot3 = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const unit3 = (a) => { const l = Math.hypot(...a); return l > 0 ? a.map((x) => x / l) : [0, 0, 0]; };
@@ -41,10 +42,10 @@ function agreement(pixel, i) {
 // Arrows from a point, as the eye sees them: to the right, up, and towards it.
 function arrowsDrawing(arrows, label) {
   const forward = unit3(record.axes.forward), right = unit3(record.axes.right), up = unit3(record.axes.up);
-  const view = make("svg", { viewBox: "0 0 360 270", class: "chart small-chart", role: "img", "aria-label": label }), o = [180, 145], r = 100;
+  const view = make("svg", { viewBox: "40 25 280 240", class: "chart small-chart", role: "img", "aria-label": label }), o = [180, 145], r = 100;
   view.append(make("circle", { cx: o[0], cy: o[1], r, fill: "none", stroke: "var(--line)" }));
   // Seen from a little to the right and from above, so that what points at the eye has a length too.
-  const flat = (v) => { const x = dot3(v, right), y = dot3(v, up), z = -dot3(v, forward); return [o[0] + r * (x * 0.88 - z * 0.47), o[1] - r * (y * 0.9 - z * 0.3 - x * 0.16)]; };
+  const flat = (v) => { const x = dot3(v, right), y = dot3(v, up), z = -dot3(v, forward); return [o[0] + r * (x * 0.88 - z * 0.47), o[1] - r * (y * 0.95 - z * 0.27 - x * 0.145)]; };
   const taken = [];
   for (const [v, name, color, dash] of arrows) {
     const [x, y] = flat(v), dx = x - o[0], dy = y - o[1], l = Math.hypot(dx, dy);
@@ -85,9 +86,9 @@ function gradientPanel(place) {
   const size = Math.hypot(...g.g), n = unit3(g.g).map((x) => -x), left = leftGradient(pixel, i), leftNormal = column(pixel, "gradient", "normal", i), leftSize = column(pixel, "gradient", "steepness", i);
   parts.push(text("h3", "Into world space"));
   parts.push(para("The volume's axes may be long, short or oblique. A gradient goes through the transposed inverse of the matrix M that turns steps of voxels into steps in space: a difference over a long step is a gentle slope."));
-  parts.push(formula(...["X", "Y", "Z"].map((a, r) => `g${a} = ${all.matrix[r].map((m, c) => (c ? plus(m, "", 4) : num(m, 4)) + " \u00b7 " + (g.along[c] < 0 ? `(${num(g.along[c], 4)})` : num(g.along[c], 4))).join("")} = ${num(g.g[r], 5)}`), [`|g| = ${num(size, 6)}`, "data units per world unit"], size > 0 ? [`n = \u2212g / |g| = ${list(n, 5)}`, "world space"] : "g = 0: there is no direction, and light leaves the colour as it is"));
+  parts.push(formula(...["X", "Y", "Z"].map((a, r) => `g_${a} = ${all.matrix[r].map((m, c) => (c ? plus(m, "", 4) : num(m, 4)) + " \u00b7 " + (g.along[c] < 0 ? `(${num(g.along[c], 4)})` : num(g.along[c], 4))).join("")} = ${num(g.g[r], 5)}`), [`|g| = ${num(size, 6)}`, "data units per world unit"], size > 0 ? [`n = \u2212g / |g| = ${list(n, 5)}`, "world space"] : "g = 0: there is no direction, and light leaves the colour as it is"));
   parts.push(text("h3", "Recomputed, and as the stage left it"));
-  parts.push(table(["", "n\u2093", "n\u1d67", "n_z", "|g|"], [[words("recomputed"), ...n.map((x) => num(x, 6)), num(size, 6)], [words("recorded"), ...(leftNormal || [null, null, null]).map((x) => num(x, 6)), num(leftSize, 6)], [words("difference of g"), ...(left || [NaN, NaN, NaN]).map((x, c) => num(x - g.g[c], 2)), words(`rounding may be ${num(g.rounding, 2)}`)]]));
+  parts.push(table(["", "n, X", "n, Y", "n, Z", "|g|"], [[words("recomputed"), ...n.map((x) => num(x, 6)), num(size, 6)], [words("recorded"), ...(leftNormal || [null, null, null]).map((x) => num(x, 6)), num(leftSize, 6)], [words("difference of g"), ...(left || [NaN, NaN, NaN]).map((x, c) => num(x - g.g[c], 2)), words(`rounding may be ${num(g.rounding, 2)}`)]]));
   parts.push(agreement(pixel, i));
   if (size > 0) parts.push(make("figure", {}, arrowsDrawing([...voxelAxes(), [eyeOf(pixel, i), "to the eye", "var(--accent)"], [n, "n", "var(--bad)"]], "the normal, the eye and the axes"), make("figcaption", {}, "The fragment as seen almost from the eye, a little from the right and above. Red: the normal n; blue: the direction to the eye; grey: across the volume's x, y, z.")));
   return [...parts, steepnessPlot(pixel, place), need];
@@ -135,11 +136,11 @@ function byGradientPanel(place) {
   const length = pixel.length[i];
   if (two) {
     if (by.regions) parts.push(table(["region", "", "strength here", "opacity per L\u2080"], by.regions.map((r, n) => [`${r.shape} at ${num(r.value, 4)}`, swatch(r.color), num(b.shares[n], 4), num(r.opacity * b.shares[n], 4)])));
-    parts.push(formula([`\u03c4 = \u03a3 \u2212ln(1 \u2212 opacity) \u00b7 D / L\u2080, D / L\u2080 = ${num(scene.ratio, 5)}`, "extinctions of the regions, over the thickness of one slab"], [`A = 1 \u2212 exp(\u2212\u03c4 \u00b7 ${num(length, 5)}) = ${num(b.want[3], 6)}`, `this piece of the ray is ${num(length, 5)} slabs long`]));
+    parts.push(formula([`\u03c4 = \u03a3 \u2212ln(1 \u2212 opacity) \u00b7 D / L\u2080, D / L\u2080 = ${num(scene.ratio, 5)}`, "extinctions of the regions, over the thickness of one slab"], [`A = 1 \u2212 exp(\u2212\u03c4 \u00b7 ${num(length, 5)}) = ${num(b.want[3], 6)}`, `this piece of the ray is ${slabs(length)} long`]));
   } else {
-    parts.push(formula([`\u03c4 = ${num(b.before[3], 6)}`, "optical depth of one slab by the value alone, as the stage classify left it"], [`f(|g|) = f(${num(size, 5)}) = ${num(b.shares[0], 5)}`, "the factor"], [`A = 1 \u2212 exp(\u2212\u03c4 \u00b7 f \u00b7 length) = 1 \u2212 exp(\u2212${num(b.before[3], 4)} \u00b7 ${num(b.shares[0], 4)} \u00b7 ${num(length, 4)}) = ${num(b.want[3], 6)}`, `this piece of the ray is ${num(length, 5)} slabs long; without the factor A would be ${num(-Math.expm1(-b.before[3] * length), 5)}`]));
+    parts.push(formula([`\u03c4 = ${num(b.before[3], 6)}`, "optical depth of one slab by the value alone, as the stage classify left it"], [`f(|g|) = f(${num(size, 5)}) = ${num(b.shares[0], 5)}`, "the factor"], [`A = 1 \u2212 exp(\u2212\u03c4 \u00b7 f \u00b7 length) = 1 \u2212 exp(\u2212${num(b.before[3], 4)} \u00b7 ${num(b.shares[0], 4)} \u00b7 ${num(length, 4)}) = ${num(b.want[3], 6)}`, `this piece of the ray is ${slabs(length)} long; without the factor A would be ${num(-Math.expm1(-b.before[3] * length), 5)}`]));
   }
-  parts.push(table(["", "", "<premultiplied colour", "A"], [["recomputed", swatch(straightOf(b.want, b.want[3])), words(list(b.want.slice(0, 3), 5)), num(b.want[3], 6)], ["recorded", swatch(straightOf(b.left, b.left[3])), words(list(b.left.slice(0, 3), 5)), num(b.left[3], 6)]]), agreement(pixel, i));
+  parts.push(table(["", "", "<premultiplied colour", "A"], [["recomputed", swatch(straightOf(b.want.slice(0, 3), b.want[3])), words(list(b.want.slice(0, 3), 5)), num(b.want[3], 6)], ["recorded", swatch(straightOf(b.left.slice(0, 3), b.left[3])), words(list(b.left.slice(0, 3), 5)), num(b.left[3], 6)]]), agreement(pixel, i));
   return parts;
 }
 const stepAt = (name) => STEPS.findIndex((s) => s.name === name);

@@ -11,7 +11,7 @@ function lightPanel(place) {
   }
   if (i < 0) return [...parts, passed(place)];
   if (!l) return [...parts, note("", !pixel.covered[i] ? "The slice does not cover this pixel." : "This fragment is transparent: there is nothing to light."), lightPlot(pixel, place)];
-  const A = l.before[3], c = straightOf(l.before, A), after = straightOf(l.lit, A);
+  const A = l.before[3], c = straightOf(l.before.slice(0, 3), A), after = straightOf(l.lit, A);
   if (depth) {
     const [d0, d1] = light.depths, d = d1 - l.weight * (d1 - d0);
     parts.push(formula([`c\u2032 = c \u00b7 (1 \u2212 (d \u2212 d\u2080) / (d\u2081 \u2212 d\u2080)) = c \u00b7 (1 \u2212 (${num(d, 6)} \u2212 ${num(d0, 6)}) / (${num(d1, 6)} \u2212 ${num(d0, 6)})) = c \u00b7 ${num(l.weight, 5)}`, "d: the fragment's depth; the box reaches from d\u2080 to d\u2081"]));
