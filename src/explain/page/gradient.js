@@ -73,8 +73,8 @@ function gradientPanel(place) {
   parts.push(text("h3", "Differences along the voxel axes"));
   const per = " per voxel";
   if (all.kind === "central") {
-    parts.push(para("Central differences: the interpolated values one voxel before and one behind the fragment, along each axis; half their difference."));
-    parts.push(table(["axis", "index", "value before", "value behind", "half the difference"], NUMBERED.map((a, n) => [a, num(g.at[n], 6), num(g.around[2 * n], 6), num(g.around[2 * n + 1], 6), num(g.along[n], 5)])));
+    parts.push(para("Central differences: the interpolated values one voxel before and one behind the fragment, along each axis; half of their difference."));
+    parts.push(table(["axis", "index", "value before", "value behind", "half of it"], NUMBERED.map((a, n) => [a, num(g.at[n], 6), num(g.around[2 * n], 6), num(g.around[2 * n + 1], 6), num(g.along[n], 5)])));
   } else if (all.kind === "analytic") {
     parts.push(para("The analytic gradient: the derivative of trilinear interpolation itself, from the same eight voxels as the value. Along each axis the four differences of neighbours, weighted as the value is along the other two."));
     parts.push(table(["x, y, z in the cell", "value"], g.around.map((v, n) => [`${n & 1}, ${(n >> 1) & 1}, ${n >> 2}`, num(v, 6)])));
@@ -88,7 +88,7 @@ function gradientPanel(place) {
   parts.push(para("The volume's axes may be long, short or oblique. A gradient goes through the transposed inverse of the matrix M that turns steps of voxels into steps in space: a difference over a long step is a gentle slope."));
   parts.push(formula(...["X", "Y", "Z"].map((a, r) => `g_${a} = ${all.matrix[r].map((m, c) => (c ? plus(m, "", 4) : num(m, 4)) + " \u00b7 " + (g.along[c] < 0 ? `(${num(g.along[c], 4)})` : num(g.along[c], 4))).join("")} = ${num(g.g[r], 5)}`), [`|g| = ${num(size, 6)}`, "data units per world unit"], size > 0 ? [`n = \u2212g / |g| = ${list(n, 5)}`, "world space"] : "g = 0: there is no direction, and light leaves the colour as it is"));
   parts.push(text("h3", "Recomputed, and as the stage left it"));
-  parts.push(table(["", "n, X", "n, Y", "n, Z", "|g|"], [[words("recomputed"), ...n.map((x) => num(x, 6)), num(size, 6)], [words("recorded"), ...(leftNormal || [null, null, null]).map((x) => num(x, 6)), num(leftSize, 6)], [words("difference of g"), ...(left || [NaN, NaN, NaN]).map((x, c) => num(x - g.g[c], 2)), words(`rounding may be ${num(g.rounding, 2)}`)]]));
+  parts.push(table(["", "n, X", "n, Y", "n, Z", "|g|"], [[words("recomputed"), ...n.map((x) => num(x, 6)), num(size, 6)], [words("recorded"), ...(leftNormal || [null, null, null]).map((x) => num(x, 6)), num(leftSize, 6)], [words("difference of g; rounding"), ...(left || [NaN, NaN, NaN]).map((x, c) => num(x - g.g[c], 2)), `\u00b1 ${num(g.rounding, 2)}`]]));
   parts.push(agreement(pixel, i));
   if (size > 0) parts.push(make("figure", {}, arrowsDrawing([...voxelAxes(), [eyeOf(pixel, i), "to the eye", "var(--accent)"], [n, "n", "var(--bad)"]], "the normal, the eye and the axes"), make("figcaption", {}, "The fragment as seen almost from the eye, a little from the right and above. Red: the normal n; blue: the direction to the eye; grey: across the volume's x, y, z.")));
   return [...parts, steepnessPlot(pixel, place), need];
