@@ -122,12 +122,20 @@ impl Lit<'_> {
     }
 
     fn cue(&self) -> LightAt {
-        let d = sample_depth(self.stack, self.pixel, self.slice, self.context.scene.method().sample);
+        let method = self.context.scene.method();
+        // Whole slabs have the light of their middle, wherever their values are taken; what lies behind the last slice that of its end.
+        let d = if self.slice < self.stack.count {
+            self.stack.depth(self.slice) - if method.is_pre_integrated() { 0.5 * self.stack.spacing } else { 0.0 }
+        } else {
+            sample_depth(self.stack, self.pixel, self.slice, method.sample)
+        };
         let place = ray_at(self.stack, self.pixel, d);
         let [near, far] = box_depths(self.context, self.stack);
         let factor = (1.0 - (self.stack.view.depth(place) - near) / (far - near)).clamp(0.0, 1.0);
-        // Depths are kept in f32.
-        let rounding = 4e-7 * (1.0 + far.abs() / (far - near)) * f64::from(self.before[3]);
+        // Depths are kept in f32; behind the last slice they come from places in cells, in which f32 is coarser.
+        let coarse =
+            if self.slice < self.stack.count { 0.0 } else { 1e-3 * self.context.volume.grid().spacing().into_iter().fold(0.0, f64::max) };
+        let rounding = (4e-7 * (1.0 + far.abs() / (far - near)) + coarse / (far - near)) * f64::from(self.before[3]);
         self.record(factor, rounding, self.color().map(|c| c * factor))
     }
 
