@@ -174,6 +174,9 @@ impl GradientAt {
         let dims = volume.grid().dims();
         let position = ray_at(stack, pixel, sample_depth(stack, pixel, slice, scene.method().sample));
         let index = volume.grid().world_to_index().transform_point3(position).to_array();
+        // Behind the last slice light is taken at the place of the lookup, which is never beyond the outermost voxel centres.
+        let beyond = (0..3).map(|a| (index[a] - index[a].clamp(0.0, (dims[a] - 1) as f64)).abs()).sum::<f64>();
+        let beyond = if slice < stack.count { 0.0 } else { beyond };
         let index: [f64; 3] = std::array::from_fn(|a| index[a].clamp(0.0, (dims[a] - 1) as f64));
         let aside = (0..3).map(|a| (seen.cell[a] as f64 + f64::from(seen.weight[a]) - index[a]).abs()).fold(0.0, f64::max);
         let cell: [i64; 3] = std::array::from_fn(|a| {
@@ -208,7 +211,7 @@ impl GradientAt {
                 value: place.value([0; 3]),
                 value_rounding: spread * (4.0 * moved + 1e-6) + 1e-6 * most,
                 rounding,
-                moved: longest * moved,
+                moved: longest * (moved + beyond),
             },
         }
     }

@@ -132,9 +132,9 @@ impl Lit<'_> {
         let place = ray_at(self.stack, self.pixel, d);
         let [near, far] = box_depths(self.context, self.stack);
         let factor = (1.0 - (self.stack.view.depth(place) - near) / (far - near)).clamp(0.0, 1.0);
-        // Depths are kept in f32; behind the last slice they come from places in cells, in which f32 is coarser.
-        let coarse =
-            if self.slice < self.stack.count { 0.0 } else { 1e-3 * self.context.volume.grid().spacing().into_iter().fold(0.0, f64::max) };
+        // Depths are kept in f32. Behind the last slice the stage goes by the place of the lookup, half a voxel inside the box at most.
+        let longest = self.context.volume.grid().spacing().into_iter().fold(0.0, f64::max);
+        let coarse = if self.slice < self.stack.count { 0.0 } else { longest };
         let rounding = (4e-7 * (1.0 + far.abs() / (far - near)) + coarse / (far - near)) * f64::from(self.before[3]);
         self.record(factor, rounding, self.color().map(|c| c * factor))
     }
