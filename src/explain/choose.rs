@@ -2,7 +2,7 @@
 
 use super::MAX_SLICES;
 use super::activity::{Activity, Worth};
-use crate::proxy::Stack;
+use crate::proxy::{HalfSpace, Stack};
 use crate::{Error, Result};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -58,10 +58,15 @@ pub(super) fn choose(activity: &Activity, (width, height): (u32, u32), share: f6
 }
 
 /// Depths at which the ray of a pixel enters and leaves the box, clip planes left out.
-pub(super) fn through(stack: &Stack, (x, y): (u32, u32)) -> Option<[f64; 2]> {
+pub(super) fn through(stack: &Stack, pixel: (u32, u32)) -> Option<[f64; 2]> {
+    interval(stack, &stack.half_spaces[..6], pixel)
+}
+
+/// Depths between which the ray of a pixel lies on the inner side of `sides`.
+pub(super) fn interval(stack: &Stack, sides: &[HalfSpace], (x, y): (u32, u32)) -> Option<[f64; 2]> {
     let (x, y) = (f64::from(x) + 0.5, f64::from(y) + 0.5);
     let (mut entry, mut exit) = (stack.near, stack.far);
-    for h in &stack.half_spaces[..6] {
+    for h in sides {
         let plane = h.b * x + h.c * y;
         let (base, slope) = if stack.perspective { (h.a, h.g + plane) } else { (h.a + plane, h.g) };
         match slope {

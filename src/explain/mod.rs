@@ -19,9 +19,12 @@
 //! ```
 
 mod activity;
+mod by_gradient;
 mod choose;
 mod frames;
 mod geometry;
+mod gradient;
+mod light;
 mod others;
 mod page;
 mod record;
@@ -37,8 +40,11 @@ use crate::renderer::adaptive::refine;
 use crate::scene::{Blend, Method, Scene, Slicing};
 use crate::{Error, Picture, RenderStats, Renderer, Result, Settings, Volume};
 use activity::Activity;
+use by_gradient::ByGradientRecord;
 use choose::{busiest, choose, shown, through};
 use geometry::{Side, StackRecord};
+use gradient::GradientRecord;
+use light::LightRecord;
 use others::{example_fog, fogged_pictures, others};
 use record::{Context, PixelRecord, Twin};
 use recorder::{Recorder, Wanted};
@@ -89,6 +95,16 @@ struct Record {
     version: &'static str,
     scene: SceneRecord,
     stack: StackRecord,
+    /// How gradients are taken, what depends on them, and light: in scenes that have them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    gradient: Option<GradientRecord>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    by_gradient: Option<ByGradientRecord>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    light: Option<LightRecord>,
+    /// To the picture's right, to its top, and along the line of sight: for scenes with one of these.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    axes: Option<Axes>,
     /// Slices recorded: from, up to but without.
     slices: [u64; 2],
     /// Value in the data's units = scale * number + offset.
@@ -105,6 +121,14 @@ struct Record {
     fetches: u64,
 }
 
+/// Unit vectors of the camera, world space.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+struct Axes {
+    right: [f64; 3],
+    up: [f64; 3],
+    forward: [f64; 3],
+}
+
 /// A recorded scene.
 #[derive(Debug, Clone)]
 pub struct Explanation {
@@ -112,6 +136,8 @@ pub struct Explanation {
     picture: Picture,
     /// PNG of the box and its slices.
     drawing: Vec<u8>,
+    /// PNG of the plane of values and gradients that the transfer function is over.
+    plane: Option<Vec<u8>>,
     /// The picture with fog weighted by opacity, and by the literal formula.
     fogs: Option<[Picture; 2]>,
     warnings: Vec<String>,
@@ -195,6 +221,9 @@ pub fn explain(volume: &Volume, scene: &Scene, settings: &Settings, request: &Re
     let mut records: Vec<PixelRecord> = Vec::new();
     for (at, &(x, y)) in pixels.iter().enumerate() {
         let mut record = PixelRecord::new((x, y), picture.pixel(x, y), start, seen.journeys.get(&at), context);
+        if let Some(journey) = seen.journeys.get(&at) {
+            record.compare(journey, context, &stack);
+        }
         record.through = through(&stack, (x, y));
         let (origin, direction) = view.ray(f64::from(x) + 0.5, f64::from(y) + 0.5);
         record.drawn = [stack.near, stack.far].map(|d| side.at(origin + direction * d));
@@ -217,11 +246,25 @@ pub fn explain(volume: &Volume, scene: &Scene, settings: &Settings, request: &Re
         _ => None,
     };
     let (scale, offset) = context.scale();
+    // Light on surfaces and projections of values have no stages for these.
+    let sloped = scene.needs_gradient() && matches!(scene.blend(), Blend::Over | Blend::Add);
+    let sizes = records.iter().flat_map(|p| p.gradient.iter().flatten()).map(|g| g.exact.gradient.length());
+    let by_gradient = if sloped { ByGradientRecord::new(&scene, volume, sizes.fold(0.0, f64::max)) } else { None };
+    let plane = by_gradient.as_ref().map_or(Ok(None), |b| b.draw(scene.transfer2d()))?;
+    let lit = scene.lighting().filter(|_| matches!(scene.blend(), Blend::Over | Blend::Add));
     let record = Record {
         format: "slicestack explain 1",
         version: env!("CARGO_PKG_VERSION"),
         scene: SceneRecord::new(volume, &scene, &stack, example_fog(&stack)?),
         stack: stack_record,
+        gradient: sloped.then(|| GradientRecord::new(scene.gradient(), volume, stats.tally.gradients, stats.tally.lanes)),
+        by_gradient,
+        axes: (sloped || lit.is_some()).then(|| Axes {
+            right: view.right.to_array(),
+            up: view.up.to_array(),
+            forward: view.forward.to_array(),
+        }),
+        light: lit.map(|light| LightRecord::new(light, context, &stack)),
         slices: [slices.start, slices.end],
         scale,
         offset,
@@ -237,6 +280,7 @@ pub fn explain(volume: &Volume, scene: &Scene, settings: &Settings, request: &Re
         record,
         picture,
         drawing: png::rgba8(drawing.width(), drawing.height(), &straight(&drawing))?,
+        plane,
         fogs,
         warnings: stats.warnings,
     })
@@ -308,5 +352,7 @@ fn straight(map: &tiny_skia::Pixmap) -> Vec<u8> {
     map.pixels().iter().flat_map(pixel).collect()
 }
 
+#[cfg(test)]
+mod lit_tests;
 #[cfg(test)]
 mod tests;

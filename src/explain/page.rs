@@ -12,8 +12,11 @@ const HEAD: &str = include_str!("page/head.html");
 const STYLE: &str = include_str!("page/style.css");
 const BODY: &str = include_str!("page/body.html");
 /// In the order they build on each other.
-const SCRIPTS: [&str; 4] =
-    [include_str!("page/tools.js"), include_str!("page/plots.js"), include_str!("page/stages.js"), include_str!("page/main.js")];
+const SCRIPTS: [&str; 3] = [include_str!("page/tools.js"), include_str!("page/plots.js"), include_str!("page/stages.js")];
+/// Steps of scenes with gradients or light; no other page has them.
+const LIT: [&str; 2] = [include_str!("page/gradient.js"), include_str!("page/light.js")];
+/// The last: it shows what the others have declared.
+const MAIN: &str = include_str!("page/main.js");
 /// Largest side of the picture on the page.
 const SIDE: u32 = 1024;
 
@@ -63,6 +66,9 @@ pub(super) fn page(explanation: &Explanation) -> Result<String> {
     let mut pictures = serde_json::Map::new();
     pictures.insert("picture".into(), picture_uri(&explanation.picture)?.into());
     pictures.insert("drawing".into(), uri(&explanation.drawing).into());
+    if let Some(plane) = &explanation.plane {
+        pictures.insert("plane".into(), uri(plane).into());
+    }
     if let Some([weighted, literal]) = &explanation.fogs {
         pictures.insert("weighted".into(), picture_uri(weighted)?.into());
         pictures.insert("literal".into(), picture_uri(literal)?.into());
@@ -71,13 +77,15 @@ pub(super) fn page(explanation: &Explanation) -> Result<String> {
         pictures.insert("clipped".into(), clipped.into());
     }
     let pictures = inert(&serde_json::Value::Object(pictures).to_string());
+    let lit = explanation.record.gradient.is_some() || explanation.record.light.is_some();
+    let scripts = [SCRIPTS.concat(), if lit { LIT.concat() } else { String::new() }, MAIN.to_owned()].concat();
     let record = inert(&explanation.json()?);
     Ok([
         HEAD,
         &format!("<title>{} step by step</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n{BODY}", text(&name)),
         &format!("<script type=\"application/json\" id=\"record\">{record}</script>\n"),
         &format!("<script type=\"application/json\" id=\"pictures\">{pictures}</script>\n"),
-        &format!("<script>\n\"use strict\";\n{}</script>\n</body>\n</html>\n", SCRIPTS.concat()),
+        &format!("<script>\n\"use strict\";\n{scripts}</script>\n</body>\n</html>\n"),
     ]
     .concat())
 }

@@ -3,11 +3,15 @@
 //! f32 numbers are written with as many digits as it takes to read the same f32 again; `null` stands for nothing gathered yet, and
 //! in a stage's columns for slices on which the stage did not run.
 
+use super::by_gradient::ByGradientAt;
+use super::gradient::GradientAt;
+use super::light::{LightAt, Lit};
 use super::recorder::{Journey, Skipped, Snapshot, Step, WHOLE};
 use crate::Volume;
 use crate::lanes::ToF32;
 use crate::plan::Scaling;
-use crate::scene::{Fog, FogDistance, Quantity, Scene, StageId};
+use crate::proxy::Stack;
+use crate::scene::{Fog, FogDistance, OptionalStage, Quantity, Scene, StageId};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -75,6 +79,13 @@ pub(super) struct PixelRecord {
     /// Distance that fog is computed from, and the factor there.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(super) fog: Vec<[f32; 2]>,
+    /// Gradients, colours by them, and light, worked out apart from the stages; `null` where there is nothing to compare.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(super) gradient: Vec<Option<GradientAt>>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(super) by_gradient: Vec<Option<ByGradientAt>>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(super) light: Vec<Option<LightAt>>,
     pub(super) stages: Vec<StageColumns>,
     /// Premultiplied colour and opacity that went into the blend.
     pub(super) color: Vec<[f32; 3]>,
@@ -284,6 +295,9 @@ impl PixelRecord {
             rounds: Vec::new(),
             exact: Vec::new(),
             fog: Vec::new(),
+            gradient: Vec::new(),
+            by_gradient: Vec::new(),
+            light: Vec::new(),
             stages: Vec::new(),
             color: Vec::new(),
             alpha: Vec::new(),
@@ -304,7 +318,11 @@ impl PixelRecord {
             let corners = context.corners(s.cell);
             let looked_up = rounds(&corners, s.weight);
             let value = step.stages.iter().rev().find(|(id, _)| *id == StageId::Fetch).map_or(s.value, |(_, s)| s.value);
-            let exact = context.scene.transfer().eval(scale * f64::from(s.value) + offset);
+            let data = scale * f64::from(s.value) + offset;
+            let exact = match context.scene.transfer2d() {
+                Some(transfer) => transfer.eval(data, s.steepness.into()),
+                None => context.scene.transfer().eval(data),
+            };
             let [r, g, b] = exact.rgb.map(|c| c as f32);
             record.slice.push(step.slice);
             record.depth.push(step.depth);
@@ -326,5 +344,37 @@ impl PixelRecord {
         }
         record.stages = stages(&journey.steps);
         record
+    }
+
+    /// Works out the gradients, colours by them and light of the recorded fragments a second time.
+    pub(super) fn compare(&mut self, journey: &Journey, context: Context<'_>, stack: &Stack) {
+        let pixel = (self.x, self.y);
+        let ran = |stage: OptionalStage| journey.steps.iter().any(|s| s.around(StageId::Optional(stage)).is_some());
+        let steps = || journey.steps.iter();
+        if ran(OptionalStage::Gradient) {
+            let at = |step: &Step| {
+                let [_, seen] = step.around(StageId::Optional(OptionalStage::Gradient))?;
+                (seen.sloped && step.after().covered).then(|| GradientAt::new(context, stack, pixel, step.slice, seen))
+            };
+            self.gradient = steps().map(at).collect();
+        }
+        let gradient = |i: usize| self.gradient.get(i).and_then(Option::as_ref);
+        if let Some(stage) = [OptionalStage::GradientOpacity, OptionalStage::Transfer2d].into_iter().find(|&s| ran(s)) {
+            let at = |(i, step): (usize, &Step)| {
+                let [before, after] = step.around(StageId::Optional(stage))?.map(|s| [s.color[0], s.color[1], s.color[2], s.alpha]);
+                Some(ByGradientAt::new(context, stack, gradient(i)?, before, after, step.after().length))
+            };
+            self.by_gradient = steps().enumerate().map(at).collect();
+        }
+        if let Some(light) = context.scene.lighting().filter(|_| ran(OptionalStage::Light)) {
+            let at = |(i, step): (usize, &Step)| {
+                let [before, after] = step.around(StageId::Optional(OptionalStage::Light))?;
+                let [r, g, b] = before.color;
+                let before = [r, g, b, before.alpha];
+                let lit = Lit { light, context, stack, pixel, slice: step.slice, gradient: gradient(i), before, left: after.color };
+                if step.after().covered { lit.shade() } else { None }
+            };
+            self.light = steps().enumerate().map(at).collect();
+        }
     }
 }

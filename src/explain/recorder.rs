@@ -85,6 +85,8 @@ pub(super) struct Snapshot {
     /// Direction against the gradient, and the gradient's size in data units per world unit.
     pub(super) normal: [f32; 3],
     pub(super) steepness: f32,
+    /// Whether a gradient was taken in the fragment's row.
+    pub(super) sloped: bool,
     /// Premultiplied colour and opacity of the slab.
     pub(super) color: [f32; 3],
     pub(super) alpha: f32,
@@ -106,6 +108,7 @@ impl Snapshot {
             value: batch.sample.value[i],
             normal: [0, 1, 2].map(|axis: usize| if sloped { batch.gradient.normal[axis][i] } else { 0.0 }),
             steepness: if sloped { batch.gradient.size[i] * place.gradient_unit } else { 0.0 },
+            sloped,
             color: [0, 1, 2].map(|c: usize| batch.slab.color[c][i]),
             alpha: batch.slab.alpha[i],
             sum: [0, 1, 2].map(|c: usize| batch.pixels.color[c][i]),
@@ -142,6 +145,13 @@ impl Step {
     pub(super) fn gathered_before(&self) -> [f32; 4] {
         let [r, g, b] = self.before.sum;
         [r, g, b, self.before.transmittance]
+    }
+
+    /// Before and after stage `id`; nothing where it did not run.
+    pub(super) fn around(&self, id: StageId) -> Option<[&Snapshot; 2]> {
+        let at = self.stages.iter().position(|(stage, _)| *stage == id)?;
+        let before = if at == 0 { &self.before } else { &self.stages[at - 1].1 };
+        Some([before, &self.stages[at].1])
     }
 
     /// After the last stage.

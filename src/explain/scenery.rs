@@ -141,7 +141,7 @@ impl SceneRecord {
             Blend::Iso { level } if scene.surfaces().is_none() => ("iso", Some(level)),
             Blend::Iso { .. } | Blend::Surfaces => ("surfaces", None),
         };
-        let unit = scene.transfer().opacity_length(volume.grid());
+        let unit = scene.opacity_length(volume.grid());
         let b = scene.background();
         Self {
             volume: volume.name().to_owned(),

@@ -11,15 +11,15 @@ use crate::volume::{Grid, Voxel, VoxelType, Voxels};
 use glam::DVec3;
 use record::Column;
 
-const PARALLEL: Projection = Projection::Orthographic { height: None };
-const WIDE: Projection = Projection::Perspective { fov_y: 50.0 };
+pub(super) const PARALLEL: Projection = Projection::Orthographic { height: None };
+pub(super) const WIDE: Projection = Projection::Perspective { fov_y: 50.0 };
 
 fn haze() -> TransferFunction {
     let color = vec![(0.0, [0.2, 0.4, 1.0]), (0.3, [1.0, 0.8, 0.2]), (0.7, [1.0, 0.2, 0.1])];
     TransferFunction::new(color, vec![(0.05, 0.0), (0.3, 0.08), (0.5, 0.04), (0.8, 0.5)]).unwrap()
 }
 
-fn scene(projection: Projection) -> Scene {
+pub(super) fn scene(projection: Projection) -> Scene {
     let camera = Camera::new(Placement::Orbit { azimuth: 25.0, elevation: 20.0, roll: 5.0, zoom: 1.2 }, projection).unwrap();
     let scene = Scene::new(haze()).with_camera(camera).with_size(45, 38).unwrap().with_slices(Slicing::Count(60)).unwrap();
     scene.with_background(Straight { rgb: [0.1, 0.12, 0.2], alpha: 0.7 }).unwrap()
@@ -84,7 +84,7 @@ fn explained(volume: &Volume, scene: &Scene, request: &Request) -> Explanation {
 }
 
 /// The picture's pixel from what a pixel gathered, by the pipeline's last step.
-fn resolved(explanation: &Explanation, volume: &Volume, scene: &Scene, pixel: &PixelRecord) -> [f32; 4] {
+pub(super) fn resolved(explanation: &Explanation, volume: &Volume, scene: &Scene, pixel: &PixelRecord) -> [f32; 4] {
     let counted = scene.clone().with_slices(Slicing::Count(explanation.record.stack.count)).unwrap();
     let mut renderer = Renderer::new(volume, Settings::default());
     let plan = renderer.plan(&counted).unwrap();
@@ -315,7 +315,7 @@ fn pictures_build_up_to_the_picture() {
 }
 
 /// A volume of numbers of `kind`, large enough that packed voxels have gaps behind rows and layers.
-fn typed(kind: VoxelType) -> Volume {
+pub(super) fn typed(kind: VoxelType) -> Volume {
     let dims = [64, 64, 18];
     let mut voxels = Voxels::zeros(kind, dims.iter().product());
     crate::volume::with_voxels!(&mut voxels, v => for (i, x) in v.iter_mut().enumerate() {

@@ -249,7 +249,7 @@ function fogPanel(place) {
     const A = literal.alpha[il], stage = own && i >= 0 ? pixel.stages.findIndex((s) => s.name === "fog") : -1;
     const rows = [];
     if (own && i >= 0 && stage >= 0) {
-      const C = latest(pixel, ["classify", "correct"], "color", i);
+      const C = latest(pixel, pixel.stages.slice(0, stage).map((s) => s.name), "color", i);
       if (C) rows.push(["before fog", swatch(straightOf(C, A)), words(list(C, 4)), num(A, 4)]);
     }
     if (!own && i >= 0) rows.push(["no fog", swatch(straightOf(pixel.color[i], A)), words(list(pixel.color[i], 4)), num(A, 4)]);
