@@ -47,17 +47,19 @@ fn a_preset_gives_the_same_picture() {
     let volume = read_raw(dir.path().join("ball.raw"), &spec, &Limits::new()).unwrap();
     let file = ["ball.raw", "--volume.dimensions", "12,10,8", "--volume.type", "u8", "--volume.spacing", "1.5,2,2.5"];
 
-    let best = Scene::new(Preset::suggest(&volume)[0].transfer(&volume).unwrap());
+    let lit = |preset: Preset, transfer| Scene::new(transfer).with_lighting(preset.lighting(&volume)).unwrap();
+    let suggested = Preset::suggest(&volume)[0];
+    let best = lit(suggested, suggested.transfer(&volume).unwrap());
     assert!(library(dir.path(), &volume, best) == command(dir.path(), &file), "without a preset");
     // Opacities per hundredth of the box's diagonal, and per smallest voxel spacing.
     for preset in [Preset::XRay, Preset::MrBrain] {
         let transfer = preset.transfer(&volume).unwrap();
         assert_eq!(transfer.unit().is_some(), preset == Preset::XRay);
-        let ours = library(dir.path(), &volume, Scene::new(transfer.clone()));
+        let ours = library(dir.path(), &volume, lit(preset, transfer.clone()));
         let named = [&file[..], &["--preset", preset.name()]].concat();
         assert!(ours == command(dir.path(), &named), "{}", preset.name());
         // A length that is given wins on both sides, and is seen.
-        let other = library(dir.path(), &volume, Scene::new(transfer.with_unit(7.0).unwrap()));
+        let other = library(dir.path(), &volume, lit(preset, transfer.with_unit(7.0).unwrap()));
         assert!(other != ours, "{}: no other picture", preset.name());
         let given = [&named[..], &["--transfer.opacity_unit", "7"]].concat();
         assert!(other == command(dir.path(), &given), "{}: opacities per 7 units", preset.name());

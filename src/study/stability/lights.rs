@@ -78,8 +78,8 @@ pub(super) fn rows(bench: &Bench<'_>) -> Result<Vec<Row>> {
         judge(format!("gradient floor {floor:e}"), hill(1.0)?, scene, BOUND)?;
     }
     let flat = filled(grid()?, |_| 0.5)?;
-    judge("gradient 0 everywhere".into(), flat.clone(), lit(&plain(false)?, head, |_| {})?, Bound::Absolute(2e-6))?;
-    judge("gradient 0 everywhere, floor 1".into(), flat, lit(&plain(false)?, head, |m| m.gradient_floor = 1.0)?, Bound::Absolute(2e-6))?;
+    judge("gradient 0 everywhere".into(), flat.clone(), lit(&plain(false)?, head, |_| {})?, Bound::Absolute(4e-6))?;
+    judge("gradient 0 everywhere, floor 1".into(), flat, lit(&plain(false)?, head, |m| m.gradient_floor = 1.0)?, Bound::Absolute(4e-6))?;
     let dark = lit(&plain(false)?, head, |m| (m.ambient, m.diffuse, m.specular) = (0.0, 0.0, 0.0))?;
     judge("no light at all".into(), hill(1.0)?, dark, BOUND)?;
     let bright = lit(&plain(false)?, head, |m| (m.ambient, m.diffuse, m.specular, m.emission) = (1e300, f64::MAX, 1e30, f64::MAX))?;
