@@ -13,11 +13,11 @@ const HALF: f32 = 0.5;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Told {
     /// Transmittance, slab by slab; whether slabs end at their slices.
-    ByTransmittance { between: bool },
+    Transmittance { between: bool },
     /// The surfaces met.
-    BySurfaces,
+    Surfaces,
     /// The slice position of the first crossing, which the pixel keeps.
-    ByFirst,
+    FirstCrossing,
 }
 
 /// What is known of one pixel's ray.
@@ -82,7 +82,7 @@ impl Observer for Looker {
     }
 
     fn stage(&mut self, id: StageId, _: &Frame<'_>, batch: &Batch) {
-        let (Told::ByTransmittance { between }, StageId::Blend) = (self.told, id) else { return };
+        let (Told::Transmittance { between }, StageId::Blend) = (self.told, id) else { return };
         for i in 0..BATCH {
             if self.left[i] >= HALF && batch.pixels.transmittance[i] < HALF {
                 self.at[i] = self.passed(batch, i, between);
@@ -95,9 +95,9 @@ impl Observer for Looker {
         for i in 0..BATCH {
             let left = batch.pixels.transmittance[i];
             let (at, level) = match self.told {
-                Told::ByTransmittance { .. } => (self.at[i], None),
-                Told::BySurfaces => (batch.hits.depth[i], Some(batch.hits.level[i])),
-                Told::ByFirst => (if left == 0.0 { f64::from(batch.pixels.color[1][i]) } else { f64::INFINITY }, None),
+                Told::Transmittance { .. } => (self.at[i], None),
+                Told::Surfaces => (batch.hits.depth[i], Some(batch.hits.level[i])),
+                Told::FirstCrossing => (if left == 0.0 { f64::from(batch.pixels.color[1][i]) } else { f64::INFINITY }, None),
             };
             // Lanes of other tiles have seen nothing here.
             if at.is_finite() || left < 1.0 {

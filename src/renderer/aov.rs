@@ -24,9 +24,9 @@ impl Renderer {
         }
         check(scene, planes[0])?;
         let told = match scene.blend() {
-            Blend::Over => Told::ByTransmittance { between: scene.method().is_pre_integrated() },
-            _ if scene.surfaces().is_some() => Told::BySurfaces,
-            _ => Told::ByFirst,
+            Blend::Over => Told::Transmittance { between: scene.method().is_pre_integrated() },
+            _ if scene.surfaces().is_some() => Told::Surfaces,
+            _ => Told::FirstCrossing,
         };
         let method = scene.method();
         let counted = !matches!(scene.slicing(), Slicing::Tolerance(_));
@@ -54,7 +54,7 @@ impl Renderer {
             let (x, y) = seen.pixel;
             let window = (f64::from(x) + 0.5, f64::from(y) + 0.5);
             let (depth, level) = match scene.blend() {
-                Blend::Iso { level } if looker.told == Told::ByFirst && seen.at.is_finite() => {
+                Blend::Iso { level } if looker.told == Told::FirstCrossing && seen.at.is_finite() => {
                     (stack.near + (first.refined(level, seen.at, window.0, window.1) + 0.5) * stack.spacing, Some(level))
                 }
                 _ => (seen.at, seen.level),

@@ -132,8 +132,8 @@ fn cells_of(frame: &Frame<'_>, b: &Batch, far: bool) -> Cells {
         let mut rest = b.geometry.cells.base + offset;
         let mut cell = [0; 3];
         for axis in (0..3).rev() {
-            if strides[axis] > 0 {
-                (cell[axis], rest) = (rest / strides[axis], rest % strides[axis]);
+            if let Some(along) = rest.checked_div(strides[axis]) {
+                (cell[axis], rest) = (along, rest - along * strides[axis]);
             }
         }
         cell
@@ -430,7 +430,7 @@ impl Kernel<Around<'_>, Loaded> for LoadAround {
                         add(
                             vector,
                             8,
-                            if at < 4 || at > 7 {
+                            if !(4..=7).contains(&at) {
                                 &[0, 1, 2, 3]
                             } else if at % 2 == 0 {
                                 &[0, 2]
@@ -447,7 +447,7 @@ impl Kernel<Around<'_>, Loaded> for LoadAround {
                         add(
                             vector,
                             16,
-                            if at < 8 || at > 15 {
+                            if !(8..=15).contains(&at) {
                                 &[0, 1]
                             } else if above {
                                 &[0]

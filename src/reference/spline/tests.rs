@@ -134,7 +134,7 @@ fn integrals_are_the_limit_of_sums() {
     let place = Placement::LookAt { eye: DVec3::new(20.0, 7.0, 9.0), target: volume.grid().center(), up: DVec3::Z };
     let camera = Camera::new(place, Projection::Perspective { fov_y: 15.0 }).unwrap();
     for filter in [Filter::CUBIC, Filter::Cubic { prefilter: false }] {
-        let scene = scene(filter).with_camera(camera.clone());
+        let scene = scene(filter).with_camera(camera);
         let (integrator, spline) = (Integrator::new(&scene, &volume).unwrap(), spline(&volume, filter));
         let linear = Integrator::new(&scene.clone().with_method(Method::default()).unwrap(), &volume).unwrap();
         for (x, y) in [(4.5, 3.5), (2.1, 2.9)] {
