@@ -324,11 +324,19 @@ const LARGE: f32 = 1_099_511_627_776.0;
 /// By this: 2^80.
 const RESCALE: f32 = 1.208_925_8e24;
 
-/// Sets normals and sizes of row `r` from the differences along the voxel axes.
+/// The gradient of row `r` in world space from the differences along the voxel axes, kept where the normal comes to lie.
 #[inline(always)]
-fn finish<L: Lanes>(gradient: &GradientFrame, along: [L::F; 3], batch: &mut Batch, r: usize) {
-    let [x, y, z] = &gradient.matrix;
-    let world = [weighted::<L>(x, along), weighted::<L>(y, along), weighted::<L>(z, along)];
+fn to_world<L: Lanes>(gradient: &GradientFrame, along: [L::F; 3], batch: &mut Batch, r: usize) {
+    for (m, to) in gradient.matrix.iter().zip(&mut batch.gradient.normal) {
+        L::store(weighted::<L>(m, along), row_mut(to, r));
+    }
+}
+
+/// Sets normals and sizes of row `r` from the gradient. In a loop of its own: roots and quotients of several rows are under way at a time.
+#[inline(always)]
+fn finish<L: Lanes>(batch: &mut Batch, r: usize) {
+    let [x, y, z] = &batch.gradient.normal;
+    let world = [L::load(row(x, r)), L::load(row(y, r)), L::load(row(z, r))];
     let [x, y, z] = [abs::<L>(world[0]), abs::<L>(world[1]), abs::<L>(world[2])];
     let (sum, most) = (L::add(L::add(x, y), z), L::max(L::max(x, y), z));
     // The sum is NaN or infinite where any part is. What is below the smallest normal number counts as none.
@@ -396,14 +404,14 @@ impl Differences for SobelEach {
     }
 }
 
-/// Normals and sizes of every row of `rows`.
+/// Gradients of every row of `rows`, in world space.
 #[inline(always)]
 fn each_row<L: Lanes>(frame: &Frame<'_>, gradient: &GradientFrame, batch: &mut Batch, rows: u8, differences: &impl Differences) {
     for_rows!(rows, r => {
         let w = &batch.sample.weight;
         let place = [L::load(row(&w[0], r)), L::load(row(&w[1], r)), L::load(row(&w[2], r))];
         let along = differences.along::<L>(frame, gradient.dims, batch, r, place);
-        finish::<L>(gradient, along, batch, r);
+        to_world::<L>(gradient, along, batch, r);
     });
 }
 
@@ -433,7 +441,7 @@ impl<'v> Kernel<Frame<'v>, Batch> for TakeGradient {
                 for_rows!(rows, r => {
                     let [x, y, z] = &batch.gradient.normal;
                     let along = [L::load(row(x, r)), L::load(row(y, r)), L::load(row(z, r))];
-                    finish::<L>(gradient, along, batch, r);
+                    to_world::<L>(gradient, along, batch, r);
                 });
             }
             Gradient::Analytic => each_row::<L>(frame, gradient, batch, rows, &AnalyticEach),
@@ -450,5 +458,8 @@ impl<'v> Kernel<Frame<'v>, Batch> for TakeGradient {
                 }
             }
         }
+        for_rows!(rows, r => {
+            finish::<L>(batch, r);
+        });
     }
 }

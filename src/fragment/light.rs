@@ -278,14 +278,25 @@ fn shade<L: Lanes>(frame: &Frame<'_>, batch: &mut Batch, places: &impl Places) {
     let Some(light) = &frame.optional.light else { return };
     let corner = Corner::of(frame, light, batch);
     let (zero, one) = (L::splat(0.0), L::splat(1.0));
-    for_rows!(batch.gradient.rows & batch.shown, r => {
+    let rows = batch.gradient.rows & batch.shown;
+    let mut views = [[0.0; BATCH]; 3];
+    if let Err(eye) = light.eye {
+        // In a loop of its own: roots and quotients of several rows are under way at a time.
+        for_rows!(rows, r => {
+            let view = corner.towards::<L>(eye, places.row::<L>(batch, r));
+            for (to, x) in views.iter_mut().zip(view) {
+                L::store(x, row_mut(to, r));
+            }
+        });
+    }
+    for_rows!(rows, r => {
         let n = &batch.gradient.normal;
         let normal = [L::load(row(&n[0], r)), L::load(row(&n[1], r)), L::load(row(&n[2], r))];
         let size = L::load(row(&batch.gradient.size, r));
         let alpha = L::load(row(&batch.slab.alpha, r));
         let view = match &light.eye {
             Ok(towards_eye) => splat::<L>(towards_eye),
-            Err(eye) => corner.towards::<L>(*eye, places.row::<L>(batch, r)),
+            Err(_) => [L::load(row(&views[0], r)), L::load(row(&views[1], r)), L::load(row(&views[2], r))],
         };
         let mut glow = [L::splat(light.own); 3];
         let mut shine = [zero; 3];
