@@ -106,7 +106,8 @@ impl JointOutput {
             joint.csv().into_bytes()
         } else {
             let units = if volume.modality() == Modality::Ct { Units::Hounsfield } else { Units::Unknown };
-            let name = if volume.name().is_empty() { "volume" } else { volume.name() };
+            // The folder says nothing about the data, and may say something about people.
+            let name = Path::new(volume.name()).file_name().map_or_else(|| "volume".into(), |n| n.to_string_lossy());
             joint_histogram_png(&format!("{name}: values and their gradients"), &joint, units)?
         };
         enter(Phase::Writing);

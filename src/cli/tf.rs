@@ -143,8 +143,9 @@ pub(super) fn run(args: &TfArgs) -> Result<()> {
         Output::Png => {
             let ct = volume.as_ref().is_some_and(|v| v.modality() == Modality::Ct) || matches!(&source, Source::Preset(p) if p.is_ct());
             let units = if ct { Units::Hounsfield } else { Units::Unknown };
-            let title = match volume.as_ref().map(Volume::name).filter(|n| !n.is_empty()) {
-                Some(of) => format!("{name} over {of}"),
+            // Without its folder, which may say something about people.
+            let title = match volume.as_ref().and_then(|v| Path::new(v.name()).file_name()) {
+                Some(of) => format!("{name} over {}", of.to_string_lossy()),
                 None => name,
             };
             transfer_png(&title, &transfer, volume.as_ref().map(Volume::statistics), units)?
