@@ -11,7 +11,6 @@
 
 use super::TransferFunction;
 use super::color::Straight;
-use crate::picture::Picture;
 use crate::volume::Grid;
 use crate::{Error, Result};
 use std::sync::Arc;
@@ -224,31 +223,31 @@ impl Transfer2d {
         Ok(Self { regions, table: None, unit: None })
     }
 
-    /// A transfer function by a table of straight colours and opacities: columns of `table` are values spread over `range`, rows sizes of the
-    /// gradient over `gradient_range`, the first row the least. Its numbers are taken as they are.
+    /// A transfer function by a table of straight red, green, blue and opacity, each 0 to 1: `columns` values spread over `range`, for each of
+    /// `rows` sizes of the gradient spread over `gradient_range`, the least size first.
     ///
     /// # Errors
-    /// [`Error::Invalid`] for a side below 2 or above 1024, numbers outside `[0,1]`, and ranges that are empty or not finite.
-    pub fn table(table: &Picture, range: [f64; 2], gradient_range: [f64; 2]) -> Result<Self> {
-        let (columns, rows) = (table.width() as usize, table.height() as usize);
+    /// [`Error::Invalid`] for fewer than 2 or more than 1024 columns or rows, a list of another length, numbers outside `[0,1]`, and ranges that
+    /// are empty or not finite.
+    pub fn table((columns, rows): (usize, usize), colors: &[[f32; 4]], range: [f64; 2], gradient_range: [f64; 2]) -> Result<Self> {
         if ![columns, rows].iter().all(|n| (2..=MAX_ENTRIES).contains(n)) {
             return Err(Error::invalid(format!(
                 "transfer2d table of {columns} values x {rows} gradients: must have 2 to {MAX_ENTRIES} of each"
             )));
+        }
+        if colors.len() != columns * rows {
+            return Err(Error::invalid(format!("transfer2d table of {columns} x {rows}: {} colours are given", colors.len())));
         }
         for (key, [low, high], least) in [("range", range, f64::MIN), ("gradient_range", gradient_range, 0.0)] {
             if !(low >= least && low < high && (high - low).is_finite()) {
                 return Err(Error::invalid(format!("transfer2d {key} [{low}, {high}]: must be two finite numbers that rise")));
             }
         }
-        if let Some(at) = table.pixels().iter().position(|p| p.iter().any(|c| !(0.0..=1.0).contains(c))) {
+        if let Some(at) = colors.iter().position(|p| p.iter().any(|c| !(0.0..=1.0).contains(c))) {
             let (value, gradient) = (at % columns, at / columns);
-            return Err(Error::invalid(format!(
-                "transfer2d table, gradient {gradient}, value {value}: {:?} is outside [0,1]",
-                table.pixels()[at]
-            )));
+            return Err(Error::invalid(format!("transfer2d table, gradient {gradient}, value {value}: {:?} is outside [0,1]", colors[at])));
         }
-        let entries = Entries { columns, rows, range, gradient_range, colors: Arc::new(table.pixels().to_vec()) };
+        let entries = Entries { columns, rows, range, gradient_range, colors: Arc::new(colors.to_vec()) };
         Ok(Self { regions: Vec::new(), table: Some(entries), unit: None })
     }
 
@@ -450,8 +449,7 @@ mod tests {
     #[test]
     fn tables_are_bilinear_in_extinction() {
         let pixels = vec![[1.0, 0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.75], [0.0, 1.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0]];
-        let table = Picture::new(2, 2, pixels);
-        let t = Transfer2d::table(&table, [0.0, 10.0], [0.0, 1.0]).expect("valid");
+        let t = Transfer2d::table((2, 2), &pixels, [0.0, 10.0], [0.0, 1.0]).expect("valid");
         assert!((t.eval(5.0, 0.0).alpha - 0.5).abs() < 1e-12);
         assert!((t.eval(10.0, 0.5).alpha - 0.5).abs() < 1e-12);
         assert_eq!(t.eval(10.0, 0.5).rgb, [1.0, 0.0, 0.0]);

@@ -5,8 +5,8 @@ use super::methods::cell;
 use super::{PARALLEL, WIDE, constant, fill, fill_as, oblique, orbit, render, smooth, telling};
 use glam::{DMat3, DVec3};
 use slicestack::scene::{
-    Camera, Classification, ClipPlane, Gradient, Light, LightSource, Lighting, Method, Placement, Projection, Shading, Slicing, Straight,
-    TransferFunction,
+    Camera, Classification, ClipPlane, Gradient, Light, LightSource, Lighting, Method, Placement, Projection, Region, Shading, Shape,
+    Slicing, Straight, Transfer2d, TransferFunction,
 };
 use slicestack::volume::phantom::Phantom;
 use slicestack::volume::{BoxConvention, Grid, VoxelType, Voxels};
@@ -188,6 +188,55 @@ fn lit_scenes_of_many_cells_converge() {
             assert!(order > least && order < 2.15 && errors[3] < 2e-4, "{name}, {kind:?}: order {order}, errors {errors:?}");
         }
     }
+}
+
+#[test]
+fn functions_of_value_and_gradient_come_close_to_the_reference() {
+    let volume = spread(oblique([14, 12, 13]), &smooth);
+    let region = |shape, color, opacity| Region { shape, color, opacity };
+    let soft = [
+        region(Shape::Triangle { value: 2000.0, width: 1500.0, gradient: 900.0 }, [0.9, 0.5, 0.2], 0.3),
+        region(Shape::Gaussian { value: 1000.0, width: 400.0, gradient: 200.0, height: 150.0 }, [0.2, 0.6, 1.0], 0.4),
+        region(Shape::Levoy { value: 2800.0, thickness: 1.5 }, [1.0, 0.9, 0.8], 0.6),
+    ];
+    let sharp = [region(Shape::Box { value: [800.0, 2500.0], gradient: [100.0, 600.0] }, [0.3, 0.9, 0.4], 0.3)];
+    let colors: Vec<[f32; 4]> = (0..5 * 4).map(|i| [0.1 * (i % 5) as f32, 0.5, 0.2 * (i / 5) as f32, 0.03 * (i % 7) as f32]).collect();
+    let table = Transfer2d::table((5, 4), &colors, [500.0, 3500.0], [50.0, 800.0]).unwrap();
+    let of = |regions: &[Region]| Transfer2d::regions(regions.to_vec()).unwrap();
+    for (what, transfer, most) in [("soft", of(&soft), 5e-4), ("sharp", of(&sharp), 5e-3), ("table", table, 5e-4)] {
+        for (kind, light) in [(Gradient::Central, false), (Gradient::Sobel, true)] {
+            let scene = Scene::new(TransferFunction::new(vec![(0.0, [1.0; 3])], vec![(0.0, 1.0)]).unwrap())
+                .with_camera(orbit(30.0, 20.0, 1.4, WIDE))
+                .with_size(24, 20)
+                .unwrap()
+                .with_terminate(0.0)
+                .unwrap()
+                .with_gradient(kind)
+                .with_transfer2d(Some(transfer.clone()))
+                .unwrap();
+            let scene = if light { in_light(&scene, &smooth_light()) } else { scene };
+            let errors = errors(&volume, &scene, &[100, 1600]);
+            println!("{what}, {kind:?}: errors {errors:?}");
+            assert!(errors[1] < most && errors[1] < 0.5 * errors[0] && errors[0] > 0.0, "{what}, {kind:?}: {errors:?}");
+        }
+    }
+}
+
+/// Bricks that are passed over because nothing in them is steep enough show nothing: a factor of next to nothing in the place of 0 keeps them all.
+#[test]
+fn bricks_passed_over_by_gradient_change_nothing() {
+    let dims = [30, 26, 28];
+    let volume = Volume::new(oblique(dims), fill_as(VoxelType::U8, dims, &smooth)).unwrap();
+    let scene = |least: f64| {
+        let transfer = telling(0.0, 255.0).with_gradient_opacity(vec![(12.0, least), (40.0, 1.0)]).unwrap();
+        let scene = Scene::new(transfer).with_camera(orbit(30.0, 20.0, 1.3, WIDE)).with_size(48, 40).unwrap();
+        render(&volume, &scene.with_slices(Slicing::Count(90)).unwrap())
+    };
+    let ((few, passed), (all, looked)) = (scene(0.0), scene(1e-30));
+    let off = few.pixels().iter().flatten().zip(all.pixels().iter().flatten()).fold(0.0, |most: f32, (a, b)| most.max((a - b).abs()));
+    assert!(off < 1e-7, "{off}");
+    assert!(passed.tally.empty > looked.tally.empty + 1000, "{} {}", passed.tally.empty, looked.tally.empty);
+    assert!(few.pixels().iter().any(|p| p[3] > 0.01));
 }
 
 #[test]

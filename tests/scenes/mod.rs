@@ -4,7 +4,8 @@ use glam::{DMat3, DMat4, DQuat, DVec3, DVec4};
 use slicestack::scene::{
     Accumulation, AlphaTest, Arithmetic, Blend, BlendFunction, Camera, Classification, ClipPlane, Compare, Ends, Environment, Equation,
     Factor, Filter, Fog, FogDistance, FogEvaluation, FogMode, FogWeighting, Gradient, Hit, LevelSurface, Light, LightSource, Lighting,
-    Method, OpenGl, Order, Placement, Projection, SampleAt, Scissor, Shading, SlabForm, Slicing, Straight, Target, TransferFunction, Wrap,
+    Method, OpenGl, Order, Placement, Projection, Region, SampleAt, Scissor, Shading, Shape, SlabForm, Slicing, Straight, Target,
+    Transfer2d, TransferFunction, Wrap,
 };
 use slicestack::volume::phantom::Phantom;
 use slicestack::volume::{BoxConvention, Grid, VoxelType, Voxels};
@@ -371,6 +372,13 @@ fn lit(list: &mut Vec<Sample>) {
     let s = || looked(scene((48, 40), 50), 30.0, 20.0, 0.0, 1.3, PARALLEL);
     let near = || looked(scene((48, 40), 50), 30.0, 20.0, 0.0, 1.3, WIDE);
     let weighted = |points: &[(f64, f64)]| haze().with_gradient_opacity(points.to_vec()).unwrap();
+    let regions = vec![
+        Region { shape: Shape::Levoy { value: 0.35, thickness: 1.5 }, color: [1.0, 0.9, 0.8], opacity: 0.5 },
+        Region { shape: Shape::Gaussian { value: 0.15, width: 0.05, gradient: 0.04, height: 0.03 }, color: [0.3, 0.5, 1.0], opacity: 0.2 },
+        Region { shape: Shape::Triangle { value: 0.5, width: 0.2, gradient: 0.2 }, color: [0.9, 0.4, 0.2], opacity: 0.3 },
+        Region { shape: Shape::Box { value: [0.6, 0.9], gradient: [0.0, 0.05] }, color: [0.2, 0.9, 0.3], opacity: 0.1 },
+    ];
+    add("transfer2d", cloud(20, VoxelType::U16), near().with_transfer2d(Some(Transfer2d::regions(regions).unwrap())).unwrap());
     add("lit", head(), in_light(s(), &head_light, &|_| {}));
     add("lit-u8", cloud(20, VoxelType::U8), in_light(s(), &head_light, &|m| m.shininess = 7.5).with_transfer(soft()));
     add("lit-i16", cloud(20, VoxelType::I16), in_light(near(), &head_light, &|m| m.two_sided = false).with_transfer(soft()));

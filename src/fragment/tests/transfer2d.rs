@@ -3,7 +3,6 @@
 use super::*;
 use crate::fragment::gradient::GradientFrame;
 use crate::fragment::transfer2d::{Classify2d, Numbers as Scaled, Transfer2dFrame};
-use crate::picture::Picture;
 use crate::scene::{Gradient, Region, Shape, Transfer2d};
 use crate::volume::Grid;
 
@@ -77,8 +76,8 @@ pub(super) fn regions() {
 pub(super) fn tables() {
     let mut n = Numbers::new(99);
     for (columns, rows) in [(2, 2), (7, 3), (64, 33)] {
-        let pixels = (0..columns * rows).map(|_| [n.unit() as f32, n.unit() as f32, n.unit() as f32, 0.9 * n.unit() as f32]).collect();
-        let table = Picture::new(columns, rows, pixels);
-        check(&Transfer2d::table(&table, [0.0, 100.0], [0.5, 9.0]).expect("a table"), &mut n);
+        let colors: Vec<[f32; 4]> =
+            (0..columns * rows).map(|_| [n.unit() as f32, n.unit() as f32, n.unit() as f32, 0.9 * n.unit() as f32]).collect();
+        check(&Transfer2d::table((columns, rows), &colors, [0.0, 100.0], [0.5, 9.0]).expect("a table"), &mut n);
     }
 }

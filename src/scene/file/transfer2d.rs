@@ -103,7 +103,8 @@ impl Transfer2dKeys {
                 };
                 let path = cx.base.join(path);
                 let table = Picture::open(&path)?;
-                Transfer2d::table(&table, range, gradient_range).map_err(|e| crate::Error::format(&path, e.to_string()))?
+                Transfer2d::table((table.width() as usize, table.height() as usize), table.pixels(), range, gradient_range)
+                    .map_err(|e| crate::Error::format(&path, e.to_string()))?
             }
             (Some(_), Some(_)) => return Err(cx.error("transfer2d.table", "transfer2d.regions is given too; give one of them")),
             (None, None) => return Err(cx.error("transfer2d.opacity_unit", "there are no transfer2d.regions, and no transfer2d.table")),
