@@ -225,10 +225,12 @@ fn functions_of_value_and_gradient_come_close_to_the_reference() {
 /// Bricks that are passed over because nothing in them is steep enough show nothing: a factor of next to nothing in the place of 0 keeps them all.
 #[test]
 fn bricks_passed_over_by_gradient_change_nothing() {
-    let dims = [30, 26, 28];
-    let volume = Volume::new(oblique(dims), fill_as(VoxelType::U8, dims, &smooth)).unwrap();
+    let dims = [60, 56, 58];
+    // Even all around, and steep towards the middle.
+    let ball = |[x, y, z]: [f64; 3]| (220.0 - 900.0 * (x * x + y * y + z * z)).max(20.0);
+    let volume = Volume::new(oblique(dims), fill_as(VoxelType::U8, dims, &ball)).unwrap();
     let scene = |least: f64| {
-        let transfer = telling(0.0, 255.0).with_gradient_opacity(vec![(12.0, least), (40.0, 1.0)]).unwrap();
+        let transfer = telling(0.0, 255.0).with_gradient_opacity(vec![(4.0, least), (16.0, 1.0)]).unwrap();
         let scene = Scene::new(transfer).with_camera(orbit(30.0, 20.0, 1.3, WIDE)).with_size(48, 40).unwrap();
         render(&volume, &scene.with_slices(Slicing::Count(90)).unwrap())
     };
