@@ -150,7 +150,7 @@ fn integrals_are_the_limit_of_sums() {
                     let value = direct(&spline, volume.grid().world_to_index().transform_point3(at).to_array());
                     let straight = transfer().eval(value);
                     let reference = scene.transfer().opacity_length(volume.grid());
-                    let alpha = 1.0 - (1.0 - straight.alpha).powf(length * direction.length() / reference);
+                    let alpha = 1.0 - libm::pow(1.0 - straight.alpha, length * direction.length() / reference);
                     (0..3).for_each(|c| rgb[c] += left * alpha * straight.rgb[c]);
                     left *= 1.0 - alpha;
                 }
