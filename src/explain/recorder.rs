@@ -1,6 +1,6 @@
 //! The recorder: an observer that copies down what every stage did to chosen pixels.
 
-use crate::fragment::{BEHIND, Batch, Frame};
+use crate::fragment::{BEHIND, Batch, Frame, index_of};
 use crate::lanes::{BATCH, SIDE, ToF32};
 use crate::proxy::Stack;
 use crate::raster::Observer;
@@ -45,7 +45,7 @@ struct Place {
     far: bool,
     /// From one voxel to the next along x, y and z, in the unit of offsets: packed voxels have gaps behind rows and layers. 0 along axes of
     /// one voxel.
-    strides: [u64; 3],
+    strides: [usize; 3],
     /// Size of a gradient of 1 in the batch's numbers, data units per world unit.
     gradient_unit: f32,
 }
@@ -53,21 +53,12 @@ struct Place {
 impl Place {
     fn of(frame: &Frame<'_>) -> Self {
         let gradient_unit = frame.optional.gradient.as_ref().map_or(0.0, |g| g.unit as f32);
-        Self { far: frame.sample.far, strides: frame.sample.strides.map(|s| s as u64), gradient_unit }
+        Self { far: frame.sample.far, strides: frame.sample.strides, gradient_unit }
     }
 
     /// The voxel at offset `at`.
     fn voxel(self, at: u64) -> [u64; 3] {
-        let mut rest = at;
-        let mut index = [0; 3];
-        // An offset below a layer's stride lies in the first layer, and so on.
-        for axis in [2, 1, 0] {
-            if let Some(along) = rest.checked_div(self.strides[axis]) {
-                index[axis] = along;
-                rest -= along * self.strides[axis];
-            }
-        }
-        index
+        index_of(at as usize, self.strides).map(|n| n as u64)
     }
 }
 
@@ -85,7 +76,7 @@ pub(super) struct Snapshot {
     /// Direction against the gradient, and the gradient's size in data units per world unit.
     pub(super) normal: [f32; 3],
     pub(super) steepness: f32,
-    /// Whether a gradient was taken in the fragment's row.
+    /// Whether its gradient was taken.
     pub(super) sloped: bool,
     /// Premultiplied colour and opacity of the slab.
     pub(super) color: [f32; 3],
@@ -97,8 +88,7 @@ pub(super) struct Snapshot {
 
 impl Snapshot {
     fn of(batch: &Batch, place: Place, i: usize) -> Self {
-        // Gradients are taken in rows that show alone.
-        let sloped = batch.gradient.rows >> (i / SIDE) & 1 == 1;
+        let sloped = batch.gradient.lanes >> i & 1 == 1;
         let offset = if place.far { batch.rare.far_offset[i] } else { batch.sample.offset[i] as u64 };
         Self {
             covered: batch.mask >> i & 1 == 1,

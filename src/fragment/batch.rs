@@ -142,10 +142,24 @@ pub(crate) struct GradientBatch {
     pub(crate) normal: [[f32; BATCH]; 3],
     /// Size of the gradient, in units of the frame; 0 where there is none, or a voxel around is NaN or infinite.
     pub(crate) size: [f32; BATCH],
-    /// Rows in which something shows: they have gradients, others what an earlier slice left.
-    pub(crate) rows: u8,
+    /// Fragments that have gradients, one bit each: those that show. In their rows others have 0, and other rows what an earlier slice left.
+    pub(crate) lanes: u64,
     /// Gradients taken since the batch was made.
     pub(crate) taken: u64,
+    /// The fragments of `lanes` moved together (see [`crate::lanes::Packing`]): where their cells are, as in [`Sample::offset`] and
+    /// [`RareSample::far_offset`], where they lie in them, their gradients and sizes.
+    pub(crate) packed: PackedGradients,
+}
+
+/// See [`GradientBatch::packed`].
+#[derive(Clone)]
+#[repr(C, align(64))]
+pub(crate) struct PackedGradients {
+    pub(crate) offset: [i32; BATCH],
+    pub(crate) far_offset: [u64; BATCH],
+    pub(crate) weight: [[f32; BATCH]; 3],
+    pub(crate) normal: [[f32; BATCH]; 3],
+    pub(crate) size: [f32; BATCH],
 }
 
 /// The first level surface that each pixel's ray meets.
@@ -251,7 +265,19 @@ impl Batch {
             },
             rare: RareSample { far_offset: [0; BATCH], corners: Corners([[0.0; BATCH]; 8]), pairs8: CornerPairs([[0; BATCH]; 4]) },
             fog: FogBatch { each: [1.0; BATCH], slice: 1.0 },
-            gradient: GradientBatch { normal: [[0.0; BATCH]; 3], size: [0.0; BATCH], rows: 0, taken: 0 },
+            gradient: GradientBatch {
+                normal: [[0.0; BATCH]; 3],
+                size: [0.0; BATCH],
+                lanes: 0,
+                taken: 0,
+                packed: PackedGradients {
+                    offset: [0; BATCH],
+                    far_offset: [0; BATCH],
+                    weight: [[0.0; BATCH]; 3],
+                    normal: [[0.0; BATCH]; 3],
+                    size: [0.0; BATCH],
+                },
+            },
             hits: SurfaceHits { window: [0.0; 2], depth: [SurfaceHits::NONE; BATCH], level: [0.0; BATCH] },
         })
     }

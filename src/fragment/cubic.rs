@@ -10,10 +10,11 @@
 //! trilinear lookups (Sigg and Hadwiger 2005); they share positions along the axes, so all interpolations along x are done first, then those along y
 //! and z. A value that is a mean in every step is as exact as its coefficients, and a constant stays the same number.
 
-use super::batch::{Batch, Geometry, RareSample, Sample};
+use super::batch::Batch;
 use super::fetch::lerp;
 use super::frame::Frame;
-use crate::lanes::{BATCH, Blocks, Kernel, Lanes, for_rows, row, row_mut};
+use super::gradient::At;
+use crate::lanes::{Blocks, Kernel, Lanes, for_rows, row_mut};
 use crate::volume::spline::{Coefficients, TAPS};
 
 /// The spline's value at each fragment. `FAR` batches span more coefficients than an i32 counts.
@@ -79,24 +80,19 @@ fn coefficients<'v>(frame: &Frame<'v>) -> &'v Coefficients {
 
 /// The coefficients around the fragments of row `r`.
 #[inline(always)]
-fn blocks<'v, const FAR: bool>(frame: &Frame<'v>, geometry: &Geometry, sample: &Sample, rare: &RareSample, r: usize) -> Blocks<'v> {
-    let offset = |i: usize| if FAR { rare.far_offset[i] as usize } else { sample.offset[i] as usize };
-    geometry.cells.blocks(&coefficients(frame).values, r, offset)
-}
-
-/// Positions of row `r` in its cells along x, y and z.
-#[inline(always)]
-fn weights<L: Lanes>(sample: &Sample, r: usize) -> [L::F; 3] {
-    let [x, y, z] = &sample.weight;
-    [L::load(row(x, r)), L::load(row(y, r)), L::load(row(z, r))]
+fn blocks<'v, const FAR: bool>(frame: &Frame<'v>, of: At<'_>, r: usize) -> Blocks<'v> {
+    let offset = |i: usize| if FAR { of.far_offset[i] as usize } else { of.offset[i] as usize };
+    of.cells.blocks(&coefficients(frame).values, r, offset)
 }
 
 impl<'v, const FAR: bool> Kernel<Frame<'v>, Batch> for FetchCubic<FAR> {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
+        let (sample, rare) = (&mut batch.sample, &batch.rare);
+        let of = At { cells: &batch.geometry.cells, offset: &sample.offset, far_offset: &rare.far_offset, weight: &sample.weight };
         for_rows!(batch.rows, r => {
-            let blocks = blocks::<FAR>(frame, &batch.geometry, &batch.sample, &batch.rare, r);
-            let [x, y, z] = weights::<L>(&batch.sample, r);
+            let blocks = blocks::<FAR>(frame, of, r);
+            let [x, y, z] = of.weights::<L>(r);
             let (x, y, z) = (Axis::<L>::new(x), Axis::<L>::new(y), Axis::<L>::new(z));
             let zero = L::splat(0.0);
             let mut layers = [zero; TAPS];
@@ -107,40 +103,29 @@ impl<'v, const FAR: bool> Kernel<Frame<'v>, Batch> for FetchCubic<FAR> {
                 }
                 *layer = y.value(rows);
             }
-            L::store(z.value(layers), row_mut(&mut batch.sample.value, r));
+            L::store(z.value(layers), row_mut(&mut sample.value, r));
         });
     }
 }
 
-/// The spline's gradient at the fragments of `rows`, from the places that texture coordinates have set: change of the value (as the number that stages
-/// compute with) per voxel along x, y and z. Other rows of `gradient` stay as they are. Along an axis of one voxel it is 0.
+/// The spline's gradient at the fragments of row `r`: change of the value (as the number that stages compute with) per voxel along x, y and z. Along
+/// an axis of one voxel it is 0.
 #[inline(always)]
-pub(crate) fn spline_gradient<L: Lanes, const FAR: bool>(
-    frame: &Frame<'_>,
-    geometry: &Geometry,
-    (sample, rare): (&Sample, &RareSample),
-    rows: u8,
-    gradient: &mut [[f32; BATCH]; 3],
-) {
+pub(super) fn spline_gradient<L: Lanes, const FAR: bool>(frame: &Frame<'_>, of: At<'_>, r: usize) -> [L::F; 3] {
     let zero = L::splat(0.0);
-    for_rows!(rows, r => {
-        let blocks = blocks::<FAR>(frame, geometry, sample, rare, r);
-        let [x, y, z] = weights::<L>(sample, r);
-        let (along_x, along_y, along_z) = (Slope::<L>::new(x), Slope::<L>::new(y), Slope::<L>::new(z));
-        let (x, y, z) = (Axis::<L>::new(x), Axis::<L>::new(y), Axis::<L>::new(z));
-        // Of each layer the value and its slopes along x and y.
-        let (mut layers, mut slopes_x, mut slopes_y) = ([zero; TAPS], [zero; TAPS], [zero; TAPS]);
-        for k in 0..TAPS {
-            let (mut values, mut slopes) = ([zero; TAPS], [zero; TAPS]);
-            for j in 0..TAPS {
-                let c = blocks.four::<L>(j, k);
-                (values[j], slopes[j]) = (x.value(c), along_x.value(c));
-            }
-            (layers[k], slopes_x[k], slopes_y[k]) = (y.value(values), y.value(slopes), along_y.value(values));
+    let blocks = blocks::<FAR>(frame, of, r);
+    let [x, y, z] = of.weights::<L>(r);
+    let (along_x, along_y, along_z) = (Slope::<L>::new(x), Slope::<L>::new(y), Slope::<L>::new(z));
+    let (x, y, z) = (Axis::<L>::new(x), Axis::<L>::new(y), Axis::<L>::new(z));
+    // Of each layer the value and its slopes along x and y.
+    let (mut layers, mut slopes_x, mut slopes_y) = ([zero; TAPS], [zero; TAPS], [zero; TAPS]);
+    for k in 0..TAPS {
+        let (mut values, mut slopes) = ([zero; TAPS], [zero; TAPS]);
+        for j in 0..TAPS {
+            let c = blocks.four::<L>(j, k);
+            (values[j], slopes[j]) = (x.value(c), along_x.value(c));
         }
-        let [to_x, to_y, to_z] = gradient;
-        L::store(z.value(slopes_x), row_mut(to_x, r));
-        L::store(z.value(slopes_y), row_mut(to_y, r));
-        L::store(along_z.value(layers), row_mut(to_z, r));
-    });
+        (layers[k], slopes_x[k], slopes_y[k]) = (y.value(values), y.value(slopes), along_y.value(values));
+    }
+    [z.value(slopes_x), z.value(slopes_y), along_z.value(layers)]
 }

@@ -1,5 +1,7 @@
 //! The gradient of the interpolated values at each fragment that shows: its direction and size, in world space.
 //!
+//! Fragments that show are few in many batches, a surface's for example: they are moved together first, so that vectors are full of them.
+//!
 //! Along an axis the central difference is half of (f one voxel ahead) - (f one voxel behind), both interpolated. Interpolation is linear in
 //! the voxels, so that is the same as interpolating between differences taken at the cell's eight corners: 32 voxels, 24 of them beyond the
 //! cell. Voxels beyond the volume are those at its edge, as in every lookup.
@@ -14,12 +16,12 @@
 //! ```
 
 use super::Run;
-use super::batch::Batch;
+use super::batch::{Batch, GradientBatch, PackedGradients};
 use super::cubic::spline_gradient;
 use super::fetch::lerp;
 use super::frame::Frame;
 use super::pair::BEHIND;
-use crate::lanes::{Kernel, Lanes, Level, SIDE, convert, for_rows, lanes_of, row, row_mut};
+use crate::lanes::{BATCH, CellLoad, Kernel, Lanes, Level, Packing, SIDE, convert, for_rows, row, row_mut};
 use crate::scene::Gradient;
 use crate::volume::packed::PackedPairs;
 use crate::volume::{Grid, VoxelSlices, with_slices};
@@ -34,6 +36,8 @@ pub(crate) struct GradientFrame {
     matrix: [[f32; 3]; 3],
     /// A size of 1 in data units per world unit: a power of two near the largest entry of the matrix, so that no number leaves f32.
     pub(crate) unit: f64,
+    /// Pixels whose transmittance is below this take nothing more: their fragments need no gradient.
+    live: f32,
 }
 
 impl GradientFrame {
@@ -52,7 +56,12 @@ impl GradientFrame {
         };
         let sign = scale.signum();
         let matrix = [0, 1, 2].map(|r: usize| to_world.row(r).to_array().map(|x| (x * least * share * sign) as f32));
-        Self { kind, dims: grid.dims(), matrix, unit: scale.abs() * libm::scalbn(1.0, exponent) }
+        Self { kind, dims: grid.dims(), matrix, unit: scale.abs() * libm::scalbn(1.0, exponent), live: 0.0 }
+    }
+
+    /// For pixels that take nothing more at a transmittance below `live`.
+    pub(crate) fn with_live(self, live: f32) -> Self {
+        Self { live, ..self }
     }
 
     /// A size in data units per world unit as a number of the batch; within f32.
@@ -66,7 +75,7 @@ pub(super) fn kernel<'v>(level: Level) -> Run<'v> {
     level.kernel::<TakeGradient, _, _>()
 }
 
-/// Gradients of the rows in which something shows.
+/// Gradients of the fragments that show.
 pub(super) struct TakeGradient;
 
 /// Neighbours of a cell's lowest corner that central differences need, as steps along x, y, z.
@@ -184,30 +193,58 @@ fn sobel<L: Lanes>(v: &[L::F; 64], place: [L::F; 3]) -> [L::F; 3] {
 }
 
 /// Index of voxel `offset` of the lookups' layout along x, y and z.
-pub(super) fn index_of(offset: usize, strides: [usize; 3]) -> [usize; 3] {
+#[inline(always)]
+pub(crate) fn index_of(offset: usize, strides: [usize; 3]) -> [usize; 3] {
     let (mut rest, mut index) = (offset, [0; 3]);
     // An offset below a layer's stride lies in the first layer, and so on; axes of one voxel have a stride of 0.
-    for axis in [2, 1, 0] {
-        if let Some(along) = rest.checked_div(strides[axis]) {
+    for axis in [2, 1] {
+        // Numbers of 32 bits divide several times as fast.
+        let along = match (u32::try_from(rest), u32::try_from(strides[axis])) {
+            (Ok(rest), Ok(stride)) => rest.checked_div(stride).map(|n| n as usize),
+            _ => rest.checked_div(strides[axis]),
+        };
+        if let Some(along) = along {
             index[axis] = along;
             rest -= along * strides[axis];
         }
     }
+    // Neighbours along x lie side by side.
+    index[0] = if strides[0] == 0 { 0 } else { rest };
     index
+}
+
+/// Fragments whose gradients are taken: where their cells' lowest corners lie, and where they lie in them.
+#[derive(Clone, Copy)]
+pub(super) struct At<'b> {
+    /// Where offsets count from, and the distances to neighbours.
+    pub(super) cells: &'b CellLoad,
+    /// Offsets from there; and those of batches that span more voxels than these count.
+    pub(super) offset: &'b [i32; BATCH],
+    pub(super) far_offset: &'b [u64; BATCH],
+    pub(super) weight: &'b [[f32; BATCH]; 3],
+}
+
+impl At<'_> {
+    /// Positions of row `r` in its cells along x, y and z.
+    #[inline(always)]
+    pub(super) fn weights<L: Lanes>(&self, r: usize) -> [L::F; 3] {
+        let [x, y, z] = self.weight;
+        [L::load(row(x, r)), L::load(row(y, r)), L::load(row(z, r))]
+    }
 }
 
 /// The voxels at `steps` from the cells of row `r`, one by one, those beyond the volume taken from its edge. Not inlined: it would not become
 /// faster, and every kernel larger.
 #[inline(never)]
-fn gather<const N: usize>(frame: &Frame<'_>, dims: [usize; 3], batch: &Batch, r: usize, steps: &[[i8; 3]; N]) -> [[f32; SIDE]; N] {
+fn gather<const N: usize>(frame: &Frame<'_>, dims: [usize; 3], of: At<'_>, r: usize, steps: &[[i8; 3]; N]) -> [[f32; SIDE]; N] {
     let sample = &frame.sample;
     let strides = [1, dims[0], dims[0] * dims[1]];
     let mut found = [[0.0f32; SIDE]; N];
     with_slices!(sample.voxels, v => {
         for i in 0..SIDE {
             let at = SIDE * r + i;
-            let offset = if sample.far { batch.rare.far_offset[at] as usize } else { batch.sample.offset[at] as usize };
-            let cell = index_of(batch.geometry.cells.base + offset, sample.strides);
+            let offset = if sample.far { of.far_offset[at] as usize } else { of.offset[at] as usize };
+            let cell = index_of(of.cells.base + offset, sample.strides);
             // Voxels before, at, and one and two behind the cell's lowest corner, along each axis, within the volume.
             let mut near = [[0; 4]; 3];
             for axis in 0..3 {
@@ -236,8 +273,8 @@ fn loaded<L: Lanes, const N: usize>(found: &[[f32; SIDE]; N]) -> [L::F; N] {
 
 /// [`CROSS`] from packed voxels of 8 bits.
 #[inline(always)]
-fn cross8<L: Lanes, const SIGNED: bool>(packed: &[u16], batch: &Batch, r: usize) -> [L::F; 32] {
-    let q = batch.geometry.cells.around8::<L>(packed, &batch.sample.offset, r);
+fn cross8<L: Lanes, const SIGNED: bool>(packed: &[u16], of: At<'_>, r: usize) -> [L::F; 32] {
+    let q = of.cells.around8::<L>(packed, of.offset, r);
     // Bytes of a vector: (x,y), (x,y+1), (x+1,y), (x+1,y+1).
     macro_rules! byte {
         ($at:literal, $n:literal) => {
@@ -268,8 +305,8 @@ fn high<L: Lanes, const SIGNED: bool>(pair: L::I) -> L::F {
 
 /// [`CROSS`] from packed voxels of 16 bits.
 #[inline(always)]
-fn cross16<L: Lanes, const SIGNED: bool>(packed: &[u32], batch: &Batch, r: usize) -> [L::F; 32] {
-    let q = batch.geometry.cells.around16::<L>(packed, &batch.sample.offset, r);
+fn cross16<L: Lanes, const SIGNED: bool>(packed: &[u32], of: At<'_>, r: usize) -> [L::F; 32] {
+    let q = of.cells.around16::<L>(packed, of.offset, r);
     // Halves of a vector: y, y+1.
     macro_rules! low {
         ($at:literal) => {
@@ -324,18 +361,10 @@ const LARGE: f32 = 1_099_511_627_776.0;
 /// By this: 2^80.
 const RESCALE: f32 = 1.208_925_8e24;
 
-/// The gradient of row `r` in world space from the differences along the voxel axes, kept where the normal comes to lie.
+/// Sets normals and sizes of row `r` from its gradients in world space.
 #[inline(always)]
-fn to_world<L: Lanes>(gradient: &GradientFrame, along: [L::F; 3], batch: &mut Batch, r: usize) {
-    for (m, to) in gradient.matrix.iter().zip(&mut batch.gradient.normal) {
-        L::store(weighted::<L>(m, along), row_mut(to, r));
-    }
-}
-
-/// Sets normals and sizes of row `r` from the gradient. In a loop of its own: roots and quotients of several rows are under way at a time.
-#[inline(always)]
-fn finish<L: Lanes>(batch: &mut Batch, r: usize) {
-    let [x, y, z] = &batch.gradient.normal;
+fn finish<L: Lanes>(normal: &mut [[f32; BATCH]; 3], size: &mut [f32; BATCH], r: usize) {
+    let [x, y, z] = &*normal;
     let world = [L::load(row(x, r)), L::load(row(y, r)), L::load(row(z, r))];
     let [x, y, z] = [abs::<L>(world[0]), abs::<L>(world[1]), abs::<L>(world[2])];
     let (sum, most) = (L::add(L::add(x, y), z), L::max(L::max(x, y), z));
@@ -348,17 +377,17 @@ fn finish<L: Lanes>(batch: &mut Batch, r: usize) {
     let [x, y, z] = [L::mul(world[0], scale), L::mul(world[1], scale), L::mul(world[2], scale)];
     let length = L::sqrt(L::add(L::add(L::mul(x, x), L::mul(y, y)), L::mul(z, z)));
     let per = L::div(L::splat(-1.0), L::select(there, length, L::splat(1.0)));
-    let [nx, ny, nz] = &mut batch.gradient.normal;
+    let [nx, ny, nz] = normal;
     L::store(L::keep(there, L::mul(x, per)), row_mut(nx, r));
     L::store(L::keep(there, L::mul(y, per)), row_mut(ny, r));
     L::store(L::keep(there, L::mul(z, per)), row_mut(nz, r));
-    let size = L::min(L::mul(length, back), L::splat(f32::MAX));
-    L::store(L::keep(there, size), row_mut(&mut batch.gradient.size, r));
+    let length = L::min(L::mul(length, back), L::splat(f32::MAX));
+    L::store(L::keep(there, length), row_mut(size, r));
 }
 
 /// A way to differences along the voxel axes. (A trait and no closures: those are not inlined into the vector level's copy of a kernel.)
 trait Differences {
-    fn along<L: Lanes>(&self, frame: &Frame<'_>, dims: [usize; 3], batch: &Batch, r: usize, place: [L::F; 3]) -> [L::F; 3];
+    fn along<L: Lanes>(&self, frame: &Frame<'_>, dims: [usize; 3], of: At<'_>, r: usize) -> [L::F; 3];
 }
 
 /// Central differences of packed voxels, away from the volume's border.
@@ -368,98 +397,129 @@ struct Central16<'v, const SIGNED: bool>(&'v [u32]);
 struct CentralEach;
 struct AnalyticEach;
 struct SobelEach;
+/// The slope of the spline.
+struct Spline;
 
 impl<const SIGNED: bool> Differences for Central8<'_, SIGNED> {
     #[inline(always)]
-    fn along<L: Lanes>(&self, _: &Frame<'_>, _: [usize; 3], batch: &Batch, r: usize, place: [L::F; 3]) -> [L::F; 3] {
-        central::<L>(&cross8::<L, SIGNED>(self.0, batch, r), place)
+    fn along<L: Lanes>(&self, _: &Frame<'_>, _: [usize; 3], of: At<'_>, r: usize) -> [L::F; 3] {
+        central::<L>(&cross8::<L, SIGNED>(self.0, of, r), of.weights::<L>(r))
     }
 }
 
 impl<const SIGNED: bool> Differences for Central16<'_, SIGNED> {
     #[inline(always)]
-    fn along<L: Lanes>(&self, _: &Frame<'_>, _: [usize; 3], batch: &Batch, r: usize, place: [L::F; 3]) -> [L::F; 3] {
-        central::<L>(&cross16::<L, SIGNED>(self.0, batch, r), place)
+    fn along<L: Lanes>(&self, _: &Frame<'_>, _: [usize; 3], of: At<'_>, r: usize) -> [L::F; 3] {
+        central::<L>(&cross16::<L, SIGNED>(self.0, of, r), of.weights::<L>(r))
     }
 }
 
 impl Differences for CentralEach {
     #[inline(always)]
-    fn along<L: Lanes>(&self, frame: &Frame<'_>, dims: [usize; 3], batch: &Batch, r: usize, place: [L::F; 3]) -> [L::F; 3] {
-        central::<L>(&loaded::<L, 32>(&gather::<32>(frame, dims, batch, r, &CROSS)), place)
+    fn along<L: Lanes>(&self, frame: &Frame<'_>, dims: [usize; 3], of: At<'_>, r: usize) -> [L::F; 3] {
+        central::<L>(&loaded::<L, 32>(&gather::<32>(frame, dims, of, r, &CROSS)), of.weights::<L>(r))
     }
 }
 
 impl Differences for AnalyticEach {
     #[inline(always)]
-    fn along<L: Lanes>(&self, frame: &Frame<'_>, dims: [usize; 3], batch: &Batch, r: usize, place: [L::F; 3]) -> [L::F; 3] {
-        analytic::<L>(&loaded::<L, 8>(&gather::<8>(frame, dims, batch, r, &CELL)), place)
+    fn along<L: Lanes>(&self, frame: &Frame<'_>, dims: [usize; 3], of: At<'_>, r: usize) -> [L::F; 3] {
+        analytic::<L>(&loaded::<L, 8>(&gather::<8>(frame, dims, of, r, &CELL)), of.weights::<L>(r))
     }
 }
 
 impl Differences for SobelEach {
     #[inline(always)]
-    fn along<L: Lanes>(&self, frame: &Frame<'_>, dims: [usize; 3], batch: &Batch, r: usize, place: [L::F; 3]) -> [L::F; 3] {
-        sobel::<L>(&loaded::<L, 64>(&gather::<64>(frame, dims, batch, r, &CUBE)), place)
+    fn along<L: Lanes>(&self, frame: &Frame<'_>, dims: [usize; 3], of: At<'_>, r: usize) -> [L::F; 3] {
+        sobel::<L>(&loaded::<L, 64>(&gather::<64>(frame, dims, of, r, &CUBE)), of.weights::<L>(r))
     }
 }
 
-/// Gradients of every row of `rows`, in world space.
+impl Differences for Spline {
+    #[inline(always)]
+    fn along<L: Lanes>(&self, frame: &Frame<'_>, _: [usize; 3], of: At<'_>, r: usize) -> [L::F; 3] {
+        if frame.sample.far { spline_gradient::<L, true>(frame, of, r) } else { spline_gradient::<L, false>(frame, of, r) }
+    }
+}
+
+/// Gradients of every row of `rows` in world space, kept where their normals come to lie.
 #[inline(always)]
-fn each_row<L: Lanes>(frame: &Frame<'_>, gradient: &GradientFrame, batch: &mut Batch, rows: u8, differences: &impl Differences) {
+fn each_row<L: Lanes>(
+    (frame, gradient): (&Frame<'_>, &GradientFrame),
+    of: At<'_>,
+    rows: u8,
+    differences: &impl Differences,
+    normal: &mut [[f32; BATCH]; 3],
+) {
     for_rows!(rows, r => {
-        let w = &batch.sample.weight;
-        let place = [L::load(row(&w[0], r)), L::load(row(&w[1], r)), L::load(row(&w[2], r))];
-        let along = differences.along::<L>(frame, gradient.dims, batch, r, place);
-        to_world::<L>(gradient, along, batch, r);
+        let along = differences.along::<L>(frame, gradient.dims, of, r);
+        for (m, to) in gradient.matrix.iter().zip(&mut *normal) {
+            L::store(weighted::<L>(m, along), row_mut(to, r));
+        }
     });
+}
+
+/// Fragments of a batch whose gradient changes what is seen: covered, with an opacity, of pixels that still take light.
+#[inline(always)]
+fn visible<L: Lanes>(gradient: &GradientFrame, batch: &Batch) -> u64 {
+    let (zero, live) = (L::splat(0.0), L::splat(gradient.live));
+    let mut lanes = 0;
+    for_rows!(batch.shown, r => {
+        let shows = L::lt(zero, L::load(row(&batch.slab.alpha, r)));
+        let takes = L::le(live, L::load(row(&batch.pixels.transmittance, r)));
+        lanes |= u64::from(L::bits(L::and(shows, takes))) << (8 * r);
+    });
+    lanes & batch.mask
 }
 
 impl<'v> Kernel<Frame<'v>, Batch> for TakeGradient {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
         let Some(gradient) = &frame.optional.gradient else { return };
-        let mut rows = 0;
-        for_rows!(batch.shown, r => {
-            // Light and gradient change nothing where there is no opacity.
-            let visible = L::bits(L::lt(L::splat(0.0), L::load(row(&batch.slab.alpha, r)))) & (batch.mask >> (8 * r)) as u8;
-            rows |= u8::from(visible != 0) << r;
-        });
-        batch.gradient.rows = rows;
-        if rows == 0 {
+        let lanes = visible::<L>(gradient, batch);
+        batch.gradient.lanes = lanes;
+        if lanes == 0 {
             return;
         }
-        batch.gradient.taken += lanes_of(rows);
+        let packing = Packing::new(lanes);
+        let deep = is_deep(frame, gradient.dims, batch);
+        let (sample, rare) = (&batch.sample, &batch.rare);
+        let GradientBatch { taken, packed, .. } = &mut batch.gradient;
+        let PackedGradients { offset, far_offset, weight, normal, size } = packed;
+        *taken += packing.count();
+        {
+            let ([x, y, z], [to_x, to_y, to_z]) = (&sample.weight, &mut *weight);
+            let bits = bytemuck::cast_mut::<[f32; BATCH], [i32; BATCH]>;
+            let from = [&sample.offset, bytemuck::cast_ref(x), bytemuck::cast_ref(y), bytemuck::cast_ref(z)];
+            packing.pack::<L, 4>(from, [&mut *offset, bits(to_x), bits(to_y), bits(to_z)]);
+        }
+        if frame.sample.far {
+            let listed = (0..BATCH).filter(|i| lanes >> i & 1 == 1);
+            far_offset.iter_mut().zip(listed).for_each(|(to, i)| *to = rare.far_offset[i]);
+        }
+        let of = At { cells: &batch.geometry.cells, offset, far_offset, weight };
+        let (rows, both) = (packing.packed_rows(), (frame, gradient));
         match gradient.kind {
-            Gradient::Analytic if frame.sample.coefficients.is_some() => {
-                let (sample, rare) = (&batch.sample, &batch.rare);
-                if frame.sample.far {
-                    spline_gradient::<L, true>(frame, &batch.geometry, (sample, rare), rows, &mut batch.gradient.normal);
-                } else {
-                    spline_gradient::<L, false>(frame, &batch.geometry, (sample, rare), rows, &mut batch.gradient.normal);
-                }
-                for_rows!(rows, r => {
-                    let [x, y, z] = &batch.gradient.normal;
-                    let along = [L::load(row(x, r)), L::load(row(y, r)), L::load(row(z, r))];
-                    to_world::<L>(gradient, along, batch, r);
-                });
-            }
-            Gradient::Analytic => each_row::<L>(frame, gradient, batch, rows, &AnalyticEach),
-            Gradient::Sobel => each_row::<L>(frame, gradient, batch, rows, &SobelEach),
+            Gradient::Analytic if frame.sample.coefficients.is_some() => each_row::<L>(both, of, rows, &Spline, normal),
+            Gradient::Analytic => each_row::<L>(both, of, rows, &AnalyticEach, normal),
+            Gradient::Sobel => each_row::<L>(both, of, rows, &SobelEach, normal),
             Gradient::Central => {
-                let packed = frame.sample.packed.filter(|_| is_deep(frame, gradient.dims, batch));
                 let signed = matches!(frame.sample.voxels, VoxelSlices::I8(_) | VoxelSlices::I16(_));
-                match packed.map(|p| &p.pairs) {
-                    Some(PackedPairs::Of8(v)) if signed => each_row::<L>(frame, gradient, batch, rows, &Central8::<true>(v)),
-                    Some(PackedPairs::Of8(v)) => each_row::<L>(frame, gradient, batch, rows, &Central8::<false>(v)),
-                    Some(PackedPairs::Of16(v)) if signed => each_row::<L>(frame, gradient, batch, rows, &Central16::<true>(v)),
-                    Some(PackedPairs::Of16(v)) => each_row::<L>(frame, gradient, batch, rows, &Central16::<false>(v)),
-                    None => each_row::<L>(frame, gradient, batch, rows, &CentralEach),
+                match frame.sample.packed.filter(|_| deep).map(|p| &p.pairs) {
+                    Some(PackedPairs::Of8(v)) if signed => each_row::<L>(both, of, rows, &Central8::<true>(v), normal),
+                    Some(PackedPairs::Of8(v)) => each_row::<L>(both, of, rows, &Central8::<false>(v), normal),
+                    Some(PackedPairs::Of16(v)) if signed => each_row::<L>(both, of, rows, &Central16::<true>(v), normal),
+                    Some(PackedPairs::Of16(v)) => each_row::<L>(both, of, rows, &Central16::<false>(v), normal),
+                    None => each_row::<L>(both, of, rows, &CentralEach, normal),
                 }
             }
         }
+        // In a loop of its own: roots and quotients of several rows are under way at a time.
         for_rows!(rows, r => {
-            finish::<L>(batch, r);
+            finish::<L>(normal, size, r);
         });
+        let GradientBatch { normal: [x, y, z], size, packed, .. } = &mut batch.gradient;
+        let [from_x, from_y, from_z] = &packed.normal;
+        packing.unpack::<L, 4>([from_x, from_y, from_z, &packed.size], [x, y, z, size]);
     }
 }

@@ -8,7 +8,7 @@ use super::batch::Batch;
 use super::frame::Frame;
 use super::gradient::GradientFrame;
 use crate::lanes::math::expm1_negative;
-use crate::lanes::{Kernel, Lanes, Level, for_rows, row, row_mut};
+use crate::lanes::{Kernel, Lanes, Level, for_rows, row, row_mut, rows_of};
 use crate::scene::TransferFunction;
 
 /// A piecewise-linear function of the gradient's size, as a first value and what is added from point to point.
@@ -67,7 +67,7 @@ impl<'v> Kernel<Frame<'v>, Batch> for WeighByGradient {
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
         let Some(opacity) = &frame.optional.opacity else { return };
         // Rows without a gradient hold nothing that shows.
-        batch.shown &= batch.gradient.rows;
+        batch.shown &= rows_of(batch.gradient.lanes);
         for_rows!(batch.shown, r => {
             let factor = opacity.factor::<L>(L::load(row(&batch.gradient.size, r)));
             finish::<L>(batch, r, factor);

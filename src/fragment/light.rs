@@ -10,9 +10,9 @@ use super::frame::Frame;
 use super::gradient::{GradientFrame, index_of, weighted};
 use super::{Pieces, Run};
 use crate::lanes::math::{exp_negative, log1p_negated};
-use crate::lanes::{BATCH, Kernel, Lanes, Level, SIDE, for_rows, row, row_mut};
+use crate::lanes::{BATCH, Kernel, Lanes, Level, SIDE, for_rows, row, row_mut, rows_of};
 use crate::proxy::Stack;
-use crate::scene::{LightSource, Lighting, Shading};
+use crate::scene::{LightSource, Lighting, MAX_LIGHTS, Shading};
 use crate::volume::Grid;
 use glam::{DAffine3, DVec3};
 
@@ -95,6 +95,11 @@ impl LightingFrame {
         }
     }
 
+    /// Whether light on a fragment depends on where it lies.
+    fn is_positional(&self) -> bool {
+        self.eye.is_err() || self.lights.iter().any(|light| matches!(light.source, Source::Position(_)))
+    }
+
     /// What is left of the colour at depth `d`.
     fn cue(&self, d: f64) -> f32 {
         let [near, far] = self.box_depths;
@@ -120,21 +125,6 @@ pub(super) struct ShadeEach;
 pub(super) struct CueDepth;
 /// The same on fragments at depths of their own.
 pub(super) struct CueEach;
-
-/// Index coordinates of fragments relative to the base voxel, where each is at a depth of its own.
-fn places(frame: &Frame<'_>, batch: &Batch) -> [[f32; BATCH]; 3] {
-    let (base, strides) = (batch.geometry.cells.base, frame.sample.strides);
-    let first = index_of(base, strides);
-    let mut places = [[0.0; BATCH]; 3];
-    for i in 0..BATCH {
-        let offset = if frame.sample.far { batch.rare.far_offset[i] as usize } else { batch.sample.offset[i] as usize };
-        let cell = index_of(base + offset, strides);
-        for axis in 0..3 {
-            places[axis][i] = ((cell[axis] as f64 - first[axis] as f64) + f64::from(batch.sample.weight[axis][i])) as f32;
-        }
-    }
-    places
-}
 
 #[inline(always)]
 fn dot<L: Lanes>(a: [L::F; 3], b: [L::F; 3]) -> L::F {
@@ -191,8 +181,10 @@ impl Exponent {
     }
 }
 
-/// Index coordinates of a batch's fragments relative to its base voxel. (A trait and no closures: those are not inlined.)
+/// Index coordinates of fragments relative to a batch's base voxel. (A trait and no closures: those are not inlined.)
 trait Places {
+    /// Before rows are asked for.
+    fn of(frame: &Frame<'_>, batch: &Batch) -> Self;
     fn row<L: Lanes>(&self, batch: &Batch, r: usize) -> [L::F; 3];
 }
 
@@ -200,6 +192,11 @@ trait Places {
 struct OnSlice;
 
 impl Places for OnSlice {
+    #[inline(always)]
+    fn of(_: &Frame<'_>, _: &Batch) -> Self {
+        Self
+    }
+
     #[inline(always)]
     fn row<L: Lanes>(&self, batch: &Batch, r: usize) -> [L::F; 3] {
         let g = &batch.geometry;
@@ -213,14 +210,31 @@ impl Places for OnSlice {
     }
 }
 
-/// Where each fragment is at a depth of its own.
+/// Each is at a depth of its own.
 struct Each([[f32; BATCH]; 3]);
 
 impl Places for Each {
+    fn of(frame: &Frame<'_>, batch: &Batch) -> Self {
+        let first = index_of(batch.geometry.cells.base, frame.sample.strides);
+        let mut places = [[0.0; BATCH]; 3];
+        for i in (0..BATCH).filter(|i| batch.gradient.lanes >> i & 1 == 1) {
+            let place = place(frame, batch, first, i);
+            (0..3).for_each(|axis| places[axis][i] = place[axis]);
+        }
+        Self(places)
+    }
+
     #[inline(always)]
     fn row<L: Lanes>(&self, _: &Batch, r: usize) -> [L::F; 3] {
-        [L::load(row(&self.0[0], r)), L::load(row(&self.0[1], r)), L::load(row(&self.0[2], r))]
+        load::<L>(&self.0, r)
     }
+}
+
+/// Index coordinates of fragment `i` relative to the base voxel, whose own are `base`.
+fn place(frame: &Frame<'_>, batch: &Batch, base: [usize; 3], i: usize) -> [f32; 3] {
+    let offset = if frame.sample.far { batch.rare.far_offset[i] as usize } else { batch.sample.offset[i] as usize };
+    let cell = index_of(batch.geometry.cells.base + offset, frame.sample.strides);
+    [0, 1, 2].map(|axis: usize| ((cell[axis] as f64 - base[axis] as f64) + f64::from(batch.sample.weight[axis][i])) as f32)
 }
 
 /// A vector of the same three numbers in every lane.
@@ -248,13 +262,16 @@ impl Corner {
         }
     }
 
-    /// From fragments at `place` towards `point`, of length 1: from the base voxel towards it, less the way to the fragment.
-    #[inline(always)]
-    fn towards<L: Lanes>(&self, point: DVec3, place: [L::F; 3]) -> [L::F; 3] {
-        // Far beyond the box only the direction counts.
+    /// From the base voxel to `point`, shortened where it is far beyond the box: only its direction counts then.
+    fn way(&self, point: DVec3) -> [f32; 3] {
         let way = (point - self.at) * self.per_box;
         let far = way.abs().max_element();
-        let way = (if far > FAR_AWAY { way * (FAR_AWAY / far) } else { way }).as_vec3().to_array();
+        (if far > FAR_AWAY { way * (FAR_AWAY / far) } else { way }).as_vec3().to_array()
+    }
+
+    /// From fragments at `place` to the end of `way`, of length 1: from the base voxel there, less the way to the fragment.
+    #[inline(always)]
+    fn towards<L: Lanes>(&self, way: &[f32; 3], place: [L::F; 3]) -> [L::F; 3] {
         let [x, y, z] = &self.steps;
         unit::<L>([
             L::sub(L::splat(way[0]), weighted::<L>(x, place)),
@@ -272,49 +289,66 @@ fn facing<L: Lanes>(cosine: L::F, two_sided: bool) -> L::F {
     L::min(L::max(cosine, other), L::splat(1.0))
 }
 
-/// Lights the rows that have gradients.
+/// Row `r` of a vector.
 #[inline(always)]
-fn shade<L: Lanes>(frame: &Frame<'_>, batch: &mut Batch, places: &impl Places) {
+fn load<L: Lanes>(v: &[[f32; BATCH]; 3], r: usize) -> [L::F; 3] {
+    [L::load(row(&v[0], r)), L::load(row(&v[1], r)), L::load(row(&v[2], r))]
+}
+
+/// Lights the fragments that have gradients.
+#[inline(always)]
+fn shade<L: Lanes, P: Places>(frame: &Frame<'_>, batch: &mut Batch) {
     let Some(light) = &frame.optional.light else { return };
-    let corner = Corner::of(frame, light, batch);
+    let rows = rows_of(batch.gradient.lanes);
+    if rows == 0 {
+        return;
+    }
+    let positional = light.is_positional().then(|| (Corner::of(frame, light, batch), P::of(frame, batch)));
+    let mut ways = [[0.0; 3]; MAX_LIGHTS];
+    if let Some((corner, _)) = &positional {
+        for (way, light) in ways.iter_mut().zip(&light.lights) {
+            if let Source::Position(point) = light.source {
+                *way = corner.way(point);
+            }
+        }
+    }
     let (zero, one) = (L::splat(0.0), L::splat(1.0));
-    let rows = batch.gradient.rows & batch.shown;
     let mut views = [[0.0; BATCH]; 3];
-    if let Err(eye) = light.eye {
+    if let (Err(eye), Some((corner, places))) = (light.eye, &positional) {
+        let way = corner.way(eye);
         // In a loop of its own: roots and quotients of several rows are under way at a time.
         for_rows!(rows, r => {
-            let view = corner.towards::<L>(eye, places.row::<L>(batch, r));
+            let view = corner.towards::<L>(&way, places.row::<L>(batch, r));
             for (to, x) in views.iter_mut().zip(view) {
                 L::store(x, row_mut(to, r));
             }
         });
     }
     for_rows!(rows, r => {
-        let n = &batch.gradient.normal;
-        let normal = [L::load(row(&n[0], r)), L::load(row(&n[1], r)), L::load(row(&n[2], r))];
+        let normal = load::<L>(&batch.gradient.normal, r);
         let size = L::load(row(&batch.gradient.size, r));
         let alpha = L::load(row(&batch.slab.alpha, r));
         let view = match &light.eye {
             Ok(towards_eye) => splat::<L>(towards_eye),
-            Err(_) => [L::load(row(&views[0], r)), L::load(row(&views[1], r)), L::load(row(&views[2], r))],
+            Err(_) => load::<L>(&views, r),
         };
         let mut glow = [L::splat(light.own); 3];
         let mut shine = [zero; 3];
-        for LightFrame { source, color } in &light.lights {
-            let (surface, mirror) = match source {
-                Source::Head => {
-                    let cosine = facing::<L>(dot::<L>(normal, view), light.two_sided);
-                    (cosine, cosine)
-                }
-                Source::Direction(_) | Source::Position(_) => {
-                    let to_light = match source {
-                        Source::Position(point) => corner.towards::<L>(*point, places.row::<L>(batch, r)),
-                        Source::Direction(d) => splat::<L>(d),
-                        Source::Head => view,
+        for (LightFrame { source, color }, way) in light.lights.iter().zip(&ways) {
+            let (surface, mirror) = match (source, &positional) {
+                (Source::Direction(_), _) | (Source::Position(_), Some(_)) => {
+                    let to_light = match (source, &positional) {
+                        (Source::Position(_), Some((corner, places))) => corner.towards::<L>(way, places.row::<L>(batch, r)),
+                        (Source::Direction(d), _) => splat::<L>(d),
+                        _ => view,
                     };
                     let between = [L::add(to_light[0], view[0]), L::add(to_light[1], view[1]), L::add(to_light[2], view[2])];
                     let half = unit::<L>(between);
                     (facing::<L>(dot::<L>(normal, to_light), light.two_sided), facing::<L>(dot::<L>(normal, half), light.two_sided))
+                }
+                _ => {
+                    let cosine = facing::<L>(dot::<L>(normal, view), light.two_sided);
+                    (cosine, cosine)
                 }
             };
             let diffuse = L::mul(L::splat(light.diffuse), surface);
@@ -350,15 +384,14 @@ fn shade<L: Lanes>(frame: &Frame<'_>, batch: &mut Batch, places: &impl Places) {
 impl<'v> Kernel<Frame<'v>, Batch> for Shade {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
-        shade::<L>(frame, batch, &OnSlice);
+        shade::<L, OnSlice>(frame, batch);
     }
 }
 
 impl<'v> Kernel<Frame<'v>, Batch> for ShadeEach {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
-        let places = Each(places(frame, batch));
-        shade::<L>(frame, batch, &places);
+        shade::<L, Each>(frame, batch);
     }
 }
 
@@ -386,12 +419,12 @@ impl<'v> Kernel<Frame<'v>, Batch> for CueEach {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
         let Some(light) = &frame.optional.light else { return };
-        let base = index_of(batch.geometry.cells.base, frame.sample.strides).map(|x| x as f64);
-        let places = places(frame, batch);
+        let first = index_of(batch.geometry.cells.base, frame.sample.strides);
         let mut factor = [0.0; SIDE];
         for_rows!(batch.shown, r => {
             for (i, factor) in factor.iter_mut().enumerate() {
-                let index = DVec3::from_array([0, 1, 2].map(|axis: usize| base[axis] + f64::from(places[axis][SIDE * r + i])));
+                let place = place(frame, batch, first, SIDE * r + i);
+                let index = DVec3::from_array([0, 1, 2].map(|axis: usize| first[axis] as f64 + f64::from(place[axis])));
                 *factor = light.cue(light.forward.dot(light.to_world.transform_point3(index)) - light.eye_depth);
             }
             darken::<L>(batch, r, L::load(&factor));

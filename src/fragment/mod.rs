@@ -37,7 +37,7 @@ pub(crate) use correct::{Correct, CorrectRiemann};
 pub(crate) use cubic::FetchCubic;
 pub(crate) use fetch::{FetchAny, FetchCorners, FetchNearest, FetchPacked8, FetchPacked16, FetchPairs8, FetchPairs16, FetchPairs32, Guard};
 pub(crate) use frame::{BlendFrame, ColorFrame, FogFrame, Frame, SampleFrame};
-pub(crate) use gradient::GradientFrame;
+pub(crate) use gradient::{GradientFrame, index_of};
 pub(crate) use gradient_opacity::OpacityFrame;
 pub(crate) use light::LightingFrame;
 pub(crate) use pair::{BEHIND, ClassifyPair, KeepValue};
@@ -89,9 +89,10 @@ pub(crate) struct OptionalFrame {
 }
 
 impl OptionalFrame {
-    /// Those of `scene` in slices of `stack`, `ratio` reference lengths thick, through a volume on `grid` of such `numbers`.
-    pub(crate) fn of(scene: &Scene, grid: &Grid, stack: &Stack, numbers: Numbers, ratio: f64) -> Self {
-        let gradient = scene.needs_gradient().then(|| GradientFrame::new(scene.gradient(), grid, numbers.scale));
+    /// Those of `scene` in slices of `stack`, `ratio` reference lengths thick, through a volume on `grid` of such `numbers`; pixels whose
+    /// transmittance is below `live` take nothing more.
+    pub(crate) fn of(scene: &Scene, grid: &Grid, stack: &Stack, numbers: Numbers, ratio: f64, live: f32) -> Self {
+        let gradient = scene.needs_gradient().then(|| GradientFrame::new(scene.gradient(), grid, numbers.scale).with_live(live));
         Self {
             opacity: gradient.as_ref().and_then(|gradient| OpacityFrame::of(scene.transfer(), gradient)),
             transfer2d: gradient.as_ref().zip(scene.transfer2d()).map(|(g, transfer)| Transfer2dFrame::new(transfer, g, numbers, ratio)),

@@ -9,7 +9,7 @@ use super::frame::Frame;
 use super::gradient::GradientFrame;
 use super::gradient_opacity::finish;
 use crate::lanes::math::{exp_negative, log1p_negated};
-use crate::lanes::{Kernel, Lanes, Level, LookupTable, for_rows, row, row_mut};
+use crate::lanes::{Kernel, Lanes, Level, LookupTable, for_rows, row, row_mut, rows_of};
 use crate::scene::{DEEPEST, GAUSSIAN_END, Shape, Transfer2d};
 use std::sync::Arc;
 
@@ -166,7 +166,7 @@ impl<'v> Kernel<Frame<'v>, Batch> for Classify2d {
         let Some(transfer) = &frame.optional.transfer2d else { return };
         let zero = L::splat(0.0);
         // Rows without a gradient hold nothing that shows.
-        batch.shown &= batch.gradient.rows;
+        batch.shown &= rows_of(batch.gradient.lanes);
         for_rows!(batch.shown, r => {
             let v = L::load(row(&batch.sample.value, r));
             let g = L::load(row(&batch.gradient.size, r));

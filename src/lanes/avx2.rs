@@ -217,6 +217,10 @@ impl Lanes for Avx2 {
         op!(_mm256_blendv_epi8(b, a, _mm256_castps_si256(m)))
     }
     #[inline(always)]
+    fn permuted(a: __m256i, from: &[u8; WIDTH]) -> __m256i {
+        op!(_mm256_permutevar8x32_epi32(a, _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(i64::from_le_bytes(*from)))))
+    }
+    #[inline(always)]
     fn eq_i(a: __m256i, b: __m256i) -> __m256 {
         op!(_mm256_castsi256_ps(_mm256_cmpeq_epi32(a, b)))
     }

@@ -18,6 +18,7 @@ pub(crate) mod math;
 #[cfg(all(target_arch = "aarch64", target_endian = "little"))]
 mod neon;
 mod number;
+mod pack;
 mod rows;
 mod scalar;
 mod table;
@@ -27,6 +28,7 @@ pub(crate) use cells::{Blocks, CellLoad, CornerPairs, Corners, ToF32, convert};
 #[cfg(feature = "formats")]
 pub(crate) use mapped::Mapped;
 pub use number::Number;
+pub(crate) use pack::Packing;
 pub(crate) use rows::{BATCH, SIDE, for_rows, lanes_of, row, row_mut, rows_of, spread};
 pub(crate) use table::{LookupTable, Places};
 
@@ -121,6 +123,27 @@ pub(crate) trait Lanes: Copy + 'static {
     fn max_i(a: Self::I, b: Self::I) -> Self::I;
     /// `a` where the mask holds, `b` elsewhere.
     fn select_i(m: Self::M, a: Self::I, b: Self::I) -> Self::I;
+    /// The lanes whose bits are set, in order from lane 0 on; behind them copies of the first. For `bits` other than 0.
+    #[inline(always)]
+    fn together(a: Self::I, bits: u8) -> Self::I {
+        Self::permuted(a, &pack::TOGETHER[bits as usize])
+    }
+    /// The way back of [`Lanes::together`]: where bit i is set lane i gets lane n, n of the bits below it being set; others are 0.
+    #[inline(always)]
+    fn apart(a: Self::F, bits: u8) -> Self::F {
+        Self::keep(Self::from_bits(bits), Self::of_bits(Self::permuted(Self::to_bits(a), &pack::APART[bits as usize])))
+    }
+    /// Lane i gets lane `from[i]`, modulo 8.
+    #[inline(always)]
+    fn permuted(a: Self::I, from: &[u8; WIDTH]) -> Self::I {
+        let mut lanes = [0; WIDTH];
+        Self::store_i(a, &mut lanes);
+        let mut to = [0; WIDTH];
+        for (to, &from) in to.iter_mut().zip(from) {
+            *to = lanes[from as usize % WIDTH];
+        }
+        Self::load_i(&to)
+    }
     fn eq_i(a: Self::I, b: Self::I) -> Self::M;
     fn gt_i(a: Self::I, b: Self::I) -> Self::M;
     /// The same bits read as integers.

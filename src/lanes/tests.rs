@@ -68,6 +68,7 @@ impl Kernel<Inputs, Outputs> for EveryOperation {
             L::max(a, b),
             L::keep(m, a),
             L::select(m, a, b),
+            L::apart(a, input.bits),
             L::to_f(i),
             L::of_bits(L::add_i(L::to_bits(a), L::splat_i(1))),
             L::narrow(c),
@@ -108,6 +109,7 @@ impl Kernel<Inputs, Outputs> for EveryOperation {
             L::shl::<23>(i),
             L::sar::<8>(i),
             L::load_u16(&input.i.map(|v| v as u16)),
+            L::together(i, input.bits),
         ];
         let pairs = L::set_pairs(input.c.map(f64::to_bits));
         for x in ints.into_iter().chain(pairs) {
@@ -269,4 +271,63 @@ fn numbers_above_a_limit_are_never_overlooked() {
         }
     }
     assert!(without > 5000, "{without} without");
+}
+
+/// Packs and unpacks an array of numbers.
+struct PackAndUnpack;
+
+/// What is packed; two arrays of numbers, together, and apart.
+type Packed = (u64, [[i32; BATCH]; 4], [[f32; BATCH]; 2]);
+
+impl Kernel<(), Packed> for PackAndUnpack {
+    #[inline(always)]
+    fn run<L: Lanes>(_: &(), (lanes, [from, more, packed, packed_more], apart): &mut Packed) {
+        let packing = Packing::new(*lanes);
+        assert_eq!(packing.count(), u64::from(lanes.count_ones()));
+        packing.pack::<L, 2>([&*from, &*more], [&mut *packed, &mut *packed_more]);
+        let [first, second] = apart;
+        packing.unpack::<L, 2>([&packed.map(|x| x as f32), &packed_more.map(|x| x as f32)], [first, second]);
+    }
+}
+
+#[test]
+fn packed_numbers_lie_together_and_come_back() {
+    let mut n = Numbers::new(12);
+    let from: [i32; BATCH] = std::array::from_fn(|i| 1 + i as i32);
+    for round in 0..2000_u64 {
+        // One lane, all lanes, few, many, whole rows.
+        let lanes = match round % 6 {
+            0 => 1 << (n.bits() % 64),
+            1 => u64::MAX,
+            2 => n.bits() & n.bits() & n.bits(),
+            3 => n.bits() | n.bits() | n.bits(),
+            4 => spread(n.bits() as u8),
+            _ => n.bits(),
+        };
+        if lanes == 0 {
+            continue;
+        }
+        let listed: Vec<usize> = (0..BATCH).filter(|i| lanes >> i & 1 == 1).collect();
+        let packing = Packing::new(lanes);
+        let filled = 8 * packing.packed_rows().count_ones() as usize;
+        assert_eq!(filled, listed.len().next_multiple_of(8));
+        for level in Level::available() {
+            let mut all = (lanes, [from, from.map(|x| -x), [-200; BATCH], [-300; BATCH]], [[-1.0; BATCH]; 2]);
+            level.kernel::<PackAndUnpack, _, _>()(&(), &mut all);
+            let (_, [_, _, packed, more], apart) = all;
+            for k in 0..filled {
+                match listed.get(k) {
+                    Some(&i) => assert_eq!(packed[k], from[i], "{}", level.name()),
+                    // The rest of the last row: one of those packed, whose places are safe to look up.
+                    None => assert!(listed.iter().any(|&i| from[i] == packed[k]), "{} at {}", packed[k], level.name()),
+                }
+                assert_eq!(more[k], -packed[k], "{}", level.name());
+            }
+            for i in 0..BATCH {
+                let (packed, touched) = (lanes >> i & 1 == 1, rows_of(lanes) >> (i / SIDE) & 1 == 1);
+                let number = if packed { from[i] as f32 } else { 0.0 };
+                assert_eq!([apart[0][i], apart[1][i]], if touched { [number, -number] } else { [-1.0; 2] }, "{}", level.name());
+            }
+        }
+    }
 }

@@ -156,8 +156,8 @@ pub(crate) fn passed_over(t: &Tally, visible_share: Option<f64>) -> Vec<LeftOut>
             "lanes",
         ),
         LeftOut::counted(
-            "gradients and light of rows",
-            "nothing shows in them",
+            "gradients and light of fragments",
+            "nothing of them shows",
             (if t.gradients > 0 { t.lanes - t.gradients.min(t.lanes) } else { 0 }, t.lanes),
             "lanes",
         ),

@@ -107,7 +107,7 @@ impl<'v> FramePlan<'v> {
             sample: sample_frame(volume, data, &needs, lookup, &color),
             color,
             blend: BlendFrame { terminate, level: level_of(scene, &data.scaling) as f32 },
-            optional: OptionalFrame::of(scene, volume.grid(), &stack, numbers, ratio),
+            optional: OptionalFrame::of(scene, volume.grid(), &stack, numbers, ratio, if needs.terminate { terminate } else { 0.0 }),
             surfaces: surfaces.as_ref().map(|s| Box::new(SurfaceFrame::new(s, scene, volume, &stack, |value| data.scaling.number(value)))),
         };
         let merged = if needs.merge { kept.merged(&transfer) } else { None };

@@ -66,10 +66,10 @@ const eyeOf = (pixel, i) => { const l = entry(pixel, "light", i); return (l && l
 function gradientPanel(place) {
   const { pixel, i } = place, parts = [], all = record.gradient;
   parts.push(para("The gradient g says which way the values rise, and how steeply. Where it is steep there is a boundary; n = \u2212g / |g| points from dense to thin, as the normal of a surface does."));
-  const need = para(`Gradients cost lookups of their own, so they are taken only in rows of eight fragments in which something shows. This picture needed ${all.taken.toLocaleString("en")} of them, for ${all.lanes.toLocaleString("en")} lookups of a value (${num((100 * all.taken) / Math.max(1, all.lanes), 3)} %).`);
+  const need = para(`Gradients cost lookups of their own, so they are taken only of fragments of which something shows. This picture needed ${all.taken.toLocaleString("en")} of them, for ${all.lanes.toLocaleString("en")} lookups of a value (${num((100 * all.taken) / Math.max(1, all.lanes), 3)} %).`);
   if (i < 0) return [...parts, passed(place), need];
   const g = entry(pixel, "gradient", i);
-  if (!g) return [...parts, note("", pixel.covered[i] ? "No gradient was taken here: nothing shows in this fragment's row of the block." : "The slice does not cover this pixel: there is no gradient to tell of."), need];
+  if (!g) return [...parts, note("", pixel.covered[i] ? "No gradient was taken here: nothing of this fragment shows." : "The slice does not cover this pixel: there is no gradient to tell of."), need];
   parts.push(text("h3", "Differences along the voxel axes"));
   const per = " per voxel";
   if (all.kind === "central") {

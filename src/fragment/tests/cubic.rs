@@ -3,7 +3,8 @@
 use super::fetch::{place, weight};
 use super::*;
 use crate::fragment::cubic::spline_gradient;
-use crate::lanes::{CellLoad, Lanes};
+use crate::fragment::gradient::At;
+use crate::lanes::{CellLoad, Lanes, for_rows, row_mut};
 use crate::volume::spline::Coefficients;
 
 /// Grids to look up in, with axes of one voxel and of two; rows of the last one have gaps behind them.
@@ -97,7 +98,12 @@ impl<'v, const FAR: bool> Kernel<Frame<'v>, Batch> for Gradient<FAR> {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
         let Batch { geometry, sample, rare, slab, rows, .. } = batch;
-        spline_gradient::<L, FAR>(frame, geometry, (sample, rare), *rows, &mut slab.color);
+        let of = At { cells: &geometry.cells, offset: &sample.offset, far_offset: &rare.far_offset, weight: &sample.weight };
+        for_rows!(*rows, r => {
+            for (to, x) in slab.color.iter_mut().zip(spline_gradient::<L, FAR>(frame, of, r)) {
+                L::store(x, row_mut(to, r));
+            }
+        });
     }
 }
 

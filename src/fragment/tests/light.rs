@@ -126,7 +126,7 @@ fn lit(setting: &Setting<'_>, unit: f64, b: &Batch, i: usize, world: DVec3) -> O
     all.iter().all(|(_, off)| *off <= 0.02 * alpha).then_some(all)
 }
 
-/// Lit colours in rows that are shown and have gradients, the rest as it was.
+/// Lit colours of fragments that have gradients, the rest as it was.
 fn hold<K: for<'v> Kernel<Frame<'v>, Batch>>(
     setting: &Setting<'_>,
     unit: f64,
@@ -138,7 +138,7 @@ fn hold<K: for<'v> Kernel<Frame<'v>, Batch>>(
     run::<K>(frame, before, &[Part::Color], |after, level| {
         for i in 0..BATCH {
             let [got, old] = [after, before].map(|b| [0, 1, 2].map(|c: usize| b.slab.color[c][i]));
-            if !listed(before.shown & before.gradient.rows, i) {
+            if !bit(before.gradient.lanes, i) {
                 (0..3).for_each(|c| assert_same(got[c], old[c], level, i));
                 continue;
             }
@@ -196,7 +196,7 @@ pub(super) fn shades() {
         let (frame, unit) = lighted(&mut n, &none, &setting);
         let mut before = batch(&mut n);
         if round % 4 == 0 {
-            (before.shown, before.gradient.rows) = (u8::MAX, u8::MAX);
+            (before.shown, before.gradient.lanes) = (u8::MAX, u64::MAX);
         }
         held += hold::<Shade>(&setting, unit, &frame, &before, |i| on_slice(&grid, &before, i));
     }
@@ -252,7 +252,7 @@ pub(super) fn special_lights() {
                 let setting = Setting { lighting: &lighting, grid: &grid, view: &view };
                 let (frame, unit) = lighted(&mut n, &none, &setting);
                 let mut before = batch(&mut n);
-                (before.shown, before.gradient.rows) = (u8::MAX, u8::MAX);
+                (before.shown, before.gradient.lanes) = (u8::MAX, u64::MAX);
                 // Fragments on whole voxels: one of them is where a light is.
                 (before.geometry.across, before.geometry.down) = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
                 before.geometry.origin = [0.0; 3];
@@ -271,7 +271,7 @@ pub(super) fn special_lights() {
     let setting = Setting { lighting: &lighting, grid: &grid, view: &view };
     let (frame, _) = lighted(&mut n, &none, &setting);
     let mut before = batch(&mut n);
-    (before.shown, before.gradient.rows) = (u8::MAX, u8::MAX);
+    (before.shown, before.gradient.lanes) = (u8::MAX, u64::MAX);
     run::<Shade>(&frame, &before, &[Part::Color], |after, level| {
         for i in 0..BATCH {
             for c in 0..3 {

@@ -27,7 +27,7 @@ use super::fog::{FogEach, FogPlanar, FogRadial};
 use super::frame::{FogFrame, Frame};
 use super::*;
 use crate::lanes::tests::Numbers;
-use crate::lanes::{BATCH, Kernel, Level, LookupTable, SIDE, ToF32};
+use crate::lanes::{BATCH, Kernel, Level, LookupTable, SIDE, ToF32, rows_of, spread};
 use crate::scene::FogMode;
 use crate::volume::packed::{Packed, PackedPairs};
 use crate::volume::{VoxelType, Voxels};
@@ -129,7 +129,7 @@ enum Part {
     Alive,
     Normal,
     Size,
-    GradientRows,
+    GradientLanes,
     GradientsTaken,
 }
 
@@ -153,7 +153,7 @@ impl Part {
         Self::Alive,
         Self::Normal,
         Self::Size,
-        Self::GradientRows,
+        Self::GradientLanes,
         Self::GradientsTaken,
     ];
 
@@ -181,7 +181,7 @@ impl Part {
             Self::Alive => vec![b.pixels.alive],
             Self::Normal => floats(&b.gradient.normal),
             Self::Size => floats([&b.gradient.size]),
-            Self::GradientRows => vec![u64::from(b.gradient.rows)],
+            Self::GradientLanes => vec![b.gradient.lanes],
             Self::GradientsTaken => vec![b.gradient.taken],
         }
     }
@@ -328,11 +328,11 @@ fn batch(n: &mut Numbers) -> Box<Batch> {
     }
     // Numbers of their own: those above stay what they are.
     let mut n = Numbers::new(b.mask);
-    b.gradient.rows = b.shown & some_rows(&mut n);
+    b.gradient.lanes = spread(b.shown & some_rows(&mut n)) & (n.bits() | n.bits());
     for i in 0..BATCH {
         let normal = [0; 3].map(|_| n.between(-1.0, 1.0));
         let length = normal.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let there = n.bits() % 8 != 0 && length > 0.0;
+        let there = n.bits() % 8 != 0 && length > 0.0 && bit(b.gradient.lanes, i);
         b.gradient.size[i] = if there { n.unit32() * 50.0 } else { 0.0 };
         (0..3).for_each(|a| b.gradient.normal[a][i] = if there { (normal[a] / length) as f32 } else { 0.0 });
     }
