@@ -75,7 +75,13 @@ pub fn stages<'r>(renderer: &'r mut Renderer, scene: &Scene) -> Result<Vec<Stage
     for stage in [stages.span].into_iter().chain(stages.partial).chain(stages.whole) {
         if let Some(inputs) = seen.inputs.remove(&stage.id) {
             let everywhere = always.contains(&stage.id);
-            list.push(StageRun { stage, everywhere, frame: frame.clone(), inputs, batch: Batch::new() });
+            list.push(StageRun {
+                stage,
+                everywhere,
+                frame: frame.clone(),
+                inputs,
+                batch: Batch::new(frame.optional.gradient.is_some(), frame.surfaces.is_some()),
+            });
         }
     }
     Ok(list)

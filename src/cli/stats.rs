@@ -104,7 +104,7 @@ pub(super) fn explain(stats: &RenderStats, picture: &Picture) -> String {
     row("+ in lanes beside them", t.beside, "a row of a batch is 8 pixels of one slice, 8 lanes, covered or not");
     row("+ between slabs", t.between, "values at the rays' ends, and where slices resume");
     if t.gradients > 0 {
-        row("gradients taken", t.gradients, "of the values, in rows in which something shows: the voxels around a cell");
+        row("gradients taken", t.gradients, "of the values, where something shows of pixels that still take light");
     }
     text += &table.end();
     let mut table = Table::new(&["left out", "saved", "of", "share", "why"]);

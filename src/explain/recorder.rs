@@ -88,7 +88,7 @@ pub(super) struct Snapshot {
 
 impl Snapshot {
     fn of(batch: &Batch, place: Place, i: usize) -> Self {
-        let sloped = batch.gradient.lanes >> i & 1 == 1;
+        let gradient = batch.gradient.as_deref().filter(|g| g.lanes >> i & 1 == 1);
         let offset = if place.far { batch.rare.far_offset[i] } else { batch.sample.offset[i] as u64 };
         Self {
             covered: batch.mask >> i & 1 == 1,
@@ -96,9 +96,9 @@ impl Snapshot {
             cell: place.voxel((batch.geometry.cells.base as u64).wrapping_add(offset)),
             weight: [0, 1, 2].map(|axis: usize| batch.sample.weight[axis][i]),
             value: batch.sample.value[i],
-            normal: [0, 1, 2].map(|axis: usize| if sloped { batch.gradient.normal[axis][i] } else { 0.0 }),
-            steepness: if sloped { batch.gradient.size[i] * place.gradient_unit } else { 0.0 },
-            sloped,
+            normal: gradient.map_or([0.0; 3], |g| [g.normal[0][i], g.normal[1][i], g.normal[2][i]]),
+            steepness: gradient.map_or(0.0, |g| g.size[i] * place.gradient_unit),
+            sloped: gradient.is_some(),
             color: [0, 1, 2].map(|c: usize| batch.slab.color[c][i]),
             alpha: batch.slab.alpha[i],
             sum: [0, 1, 2].map(|c: usize| batch.pixels.color[c][i]),

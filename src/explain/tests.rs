@@ -90,7 +90,7 @@ pub(super) fn resolved(explanation: &Explanation, volume: &Volume, scene: &Scene
     let plan = renderer.plan(&counted).unwrap();
     let resolve = Resolve::new(&counted, &plan);
     let finish = OverBackground::new(scene, &plan.needs.method);
-    let mut batch = Batch::new();
+    let mut batch = Batch::new(true, true);
     for c in 0..3 {
         batch.pixels.color[c][0] = pixel.gathered[c];
     }

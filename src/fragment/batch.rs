@@ -151,6 +151,25 @@ pub(crate) struct GradientBatch {
     pub(crate) packed: PackedGradients,
 }
 
+impl GradientBatch {
+    /// Of no fragment.
+    fn new() -> Box<Self> {
+        Box::new(Self {
+            normal: [[0.0; BATCH]; 3],
+            size: [0.0; BATCH],
+            lanes: 0,
+            taken: 0,
+            packed: PackedGradients {
+                offset: [0; BATCH],
+                far_offset: [0; BATCH],
+                weight: [[0.0; BATCH]; 3],
+                normal: [[0.0; BATCH]; 3],
+                size: [0.0; BATCH],
+            },
+        })
+    }
+}
+
 /// See [`GradientBatch::packed`].
 #[derive(Clone)]
 #[repr(C, align(64))]
@@ -176,6 +195,11 @@ pub(crate) struct SurfaceHits {
 impl SurfaceHits {
     /// The depth of no surface.
     pub(crate) const NONE: f64 = f64::INFINITY;
+
+    /// Of no block.
+    fn new() -> Box<Self> {
+        Box::new(Self { window: [0.0; 2], depth: [Self::NONE; BATCH], level: [0.0; BATCH] })
+    }
 
     /// Those of the block whose first pixel is (x,y), before anything is met.
     pub(crate) fn begin(&mut self, (x, y): (u32, u32)) {
@@ -216,15 +240,15 @@ pub(crate) struct Batch {
     pub(crate) rare: RareSample,
     /// What fog needs.
     pub(crate) fog: FogBatch,
-    /// The values' gradients.
-    pub(crate) gradient: GradientBatch,
-    /// What rays meet of level surfaces.
-    pub(crate) hits: SurfaceHits,
+    /// The values' gradients, in frames that need them: others do not even pay for setting them to zero.
+    pub(crate) gradient: Option<Box<GradientBatch>>,
+    /// What rays meet of level surfaces, in frames that have any.
+    pub(crate) hits: Option<Box<SurfaceHits>>,
 }
 
 impl Batch {
-    /// A batch of nothing.
-    pub(crate) fn new() -> Box<Self> {
+    /// A batch of nothing, with room for gradients and for hits of level surfaces where a frame needs them.
+    pub(crate) fn new(gradients: bool, hits: bool) -> Box<Self> {
         Box::new(Self {
             slice: 0,
             depth: 0.0,
@@ -265,20 +289,20 @@ impl Batch {
             },
             rare: RareSample { far_offset: [0; BATCH], corners: Corners([[0.0; BATCH]; 8]), pairs8: CornerPairs([[0; BATCH]; 4]) },
             fog: FogBatch { each: [1.0; BATCH], slice: 1.0 },
-            gradient: GradientBatch {
-                normal: [[0.0; BATCH]; 3],
-                size: [0.0; BATCH],
-                lanes: 0,
-                taken: 0,
-                packed: PackedGradients {
-                    offset: [0; BATCH],
-                    far_offset: [0; BATCH],
-                    weight: [[0.0; BATCH]; 3],
-                    normal: [[0.0; BATCH]; 3],
-                    size: [0.0; BATCH],
-                },
-            },
-            hits: SurfaceHits { window: [0.0; 2], depth: [SurfaceHits::NONE; BATCH], level: [0.0; BATCH] },
+            gradient: gradients.then(GradientBatch::new),
+            hits: hits.then(SurfaceHits::new),
         })
+    }
+
+    /// The gradients, of which tests know that there are.
+    #[cfg(test)]
+    pub(crate) fn gradient(&self) -> &GradientBatch {
+        self.gradient.as_deref().expect("the batch has gradients")
+    }
+
+    /// As [`Batch::gradient`].
+    #[cfg(test)]
+    pub(crate) fn gradient_mut(&mut self) -> &mut GradientBatch {
+        self.gradient.as_deref_mut().expect("the batch has gradients")
     }
 }

@@ -477,14 +477,15 @@ impl<'v> Kernel<Frame<'v>, Batch> for TakeGradient {
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
         let Some(gradient) = &frame.optional.gradient else { return };
         let lanes = visible::<L>(gradient, batch);
-        batch.gradient.lanes = lanes;
+        let deep = lanes != 0 && is_deep(frame, gradient.dims, batch);
+        let Some(found) = batch.gradient.as_deref_mut() else { return };
+        found.lanes = lanes;
         if lanes == 0 {
             return;
         }
         let packing = Packing::new(lanes);
-        let deep = is_deep(frame, gradient.dims, batch);
         let (sample, rare) = (&batch.sample, &batch.rare);
-        let GradientBatch { taken, packed, .. } = &mut batch.gradient;
+        let GradientBatch { taken, packed, .. } = &mut *found;
         let PackedGradients { offset, far_offset, weight, normal, size } = packed;
         *taken += packing.count();
         {
@@ -518,7 +519,7 @@ impl<'v> Kernel<Frame<'v>, Batch> for TakeGradient {
         for_rows!(rows, r => {
             finish::<L>(normal, size, r);
         });
-        let GradientBatch { normal: [x, y, z], size, packed, .. } = &mut batch.gradient;
+        let GradientBatch { normal: [x, y, z], size, packed, .. } = found;
         let [from_x, from_y, from_z] = &packed.normal;
         packing.unpack::<L, 4>([from_x, from_y, from_z, &packed.size], [x, y, z, size]);
     }

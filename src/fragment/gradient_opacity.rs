@@ -4,7 +4,7 @@
 //! length l, in slabs: A = 1 - exp(-tau f l). Opacities near 1 keep their extinction that way, however small the factor.
 
 use super::Run;
-use super::batch::Batch;
+use super::batch::{Batch, SlabBatch};
 use super::frame::Frame;
 use super::gradient::GradientFrame;
 use crate::lanes::math::expm1_negative;
@@ -67,25 +67,26 @@ impl<'v> Kernel<Frame<'v>, Batch> for WeighByGradient {
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
         let Some(opacity) = &frame.optional.opacity else { return };
         // Rows without a gradient hold nothing that shows.
-        batch.shown &= rows_of(batch.gradient.lanes);
+        let Some(gradient) = batch.gradient.as_deref() else { return };
+        batch.shown &= rows_of(gradient.lanes);
         for_rows!(batch.shown, r => {
-            let factor = opacity.factor::<L>(L::load(row(&batch.gradient.size, r)));
-            finish::<L>(batch, r, factor);
+            let factor = opacity.factor::<L>(L::load(row(&gradient.size, r)));
+            finish::<L>(&mut batch.slab, r, factor);
         });
     }
 }
 
 /// From optical depth, and colour times that, to opacity and premultiplied colour: of row `r`, for its pieces' lengths times `factor`.
 #[inline(always)]
-pub(super) fn finish<L: Lanes>(batch: &mut Batch, r: usize, factor: L::F) {
+pub(super) fn finish<L: Lanes>(slab: &mut SlabBatch, r: usize, factor: L::F) {
     let zero = L::splat(0.0);
-    let depth = L::load(row(&batch.slab.alpha, r));
-    let piece = L::mul(L::mul(depth, factor), L::load(row(&batch.slab.length, r)));
+    let depth = L::load(row(&slab.alpha, r));
+    let piece = L::mul(L::mul(depth, factor), L::load(row(&slab.length, r)));
     let alpha = L::sub(zero, expm1_negative::<L>(L::sub(zero, piece)));
     let some = L::lt(zero, depth);
     let share = L::div(L::keep(some, alpha), L::select(some, depth, L::splat(1.0)));
-    L::store(alpha, row_mut(&mut batch.slab.alpha, r));
-    for channel in &mut batch.slab.color {
+    L::store(alpha, row_mut(&mut slab.alpha, r));
+    for channel in &mut slab.color {
         let c = row_mut(channel, r);
         L::store(L::mul(L::load(c), share), c);
     }

@@ -217,7 +217,8 @@ impl Places for Each {
     fn of(frame: &Frame<'_>, batch: &Batch) -> Self {
         let first = index_of(batch.geometry.cells.base, frame.sample.strides);
         let mut places = [[0.0; BATCH]; 3];
-        for i in (0..BATCH).filter(|i| batch.gradient.lanes >> i & 1 == 1) {
+        let lanes = batch.gradient.as_deref().map_or(0, |g| g.lanes);
+        for i in (0..BATCH).filter(|i| lanes >> i & 1 == 1) {
             let place = place(frame, batch, first, i);
             (0..3).for_each(|axis| places[axis][i] = place[axis]);
         }
@@ -299,7 +300,8 @@ fn load<L: Lanes>(v: &[[f32; BATCH]; 3], r: usize) -> [L::F; 3] {
 #[inline(always)]
 fn shade<L: Lanes, P: Places>(frame: &Frame<'_>, batch: &mut Batch) {
     let Some(light) = &frame.optional.light else { return };
-    let rows = rows_of(batch.gradient.lanes);
+    let Some(gradient) = batch.gradient.as_deref() else { return };
+    let rows = rows_of(gradient.lanes);
     if rows == 0 {
         return;
     }
@@ -325,8 +327,8 @@ fn shade<L: Lanes, P: Places>(frame: &Frame<'_>, batch: &mut Batch) {
         });
     }
     for_rows!(rows, r => {
-        let normal = load::<L>(&batch.gradient.normal, r);
-        let size = L::load(row(&batch.gradient.size, r));
+        let normal = load::<L>(&gradient.normal, r);
+        let size = L::load(row(&gradient.size, r));
         let alpha = L::load(row(&batch.slab.alpha, r));
         let view = match &light.eye {
             Ok(towards_eye) => splat::<L>(towards_eye),

@@ -159,7 +159,8 @@ impl<'v> SurfaceFrame<'v> {
     /// Pixel `i` of `batch` meets the surfaces whose bits are set in `crossed` within `piece`.
     #[inline(never)]
     fn meet(&self, batch: &mut Batch, i: usize, crossed: u32, piece: Piece) {
-        let [x, y] = batch.hits.window;
+        let Some(hits) = batch.hits.as_deref_mut() else { return };
+        let [x, y] = hits.window;
         let window = [x + (i % SIDE) as f64, y + (i / SIDE) as f64];
         let mut met = [(0.0, 0); MAX_LEVELS];
         let mut count = 0;
@@ -180,9 +181,9 @@ impl<'v> SurfaceFrame<'v> {
         let mut left = batch.pixels.transmittance[i];
         for &(at, level) in &met[..count] {
             let level = &self.levels[level];
-            if batch.hits.depth[i] == SurfaceHits::NONE {
-                batch.hits.depth[i] = self.depth(at);
-                batch.hits.level[i] = level.value;
+            if hits.depth[i] == SurfaceHits::NONE {
+                hits.depth[i] = self.depth(at);
+                hits.level[i] = level.value;
             }
             let color = self.color(level, at, window);
             for (sum, c) in batch.pixels.color.iter_mut().zip(color) {

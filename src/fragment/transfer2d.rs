@@ -166,10 +166,11 @@ impl<'v> Kernel<Frame<'v>, Batch> for Classify2d {
         let Some(transfer) = &frame.optional.transfer2d else { return };
         let zero = L::splat(0.0);
         // Rows without a gradient hold nothing that shows.
-        batch.shown &= rows_of(batch.gradient.lanes);
+        let Some(gradient) = batch.gradient.as_deref() else { return };
+        batch.shown &= rows_of(gradient.lanes);
         for_rows!(batch.shown, r => {
             let v = L::load(row(&batch.sample.value, r));
-            let g = L::load(row(&batch.gradient.size, r));
+            let g = L::load(row(&gradient.size, r));
             let (mut color, mut depth) = ([zero; 3], zero);
             for region in &transfer.regions {
                 let opacity = L::mul(region.shape.at::<L>(v, g), L::splat(region.opacity));
@@ -197,7 +198,7 @@ impl<'v> Kernel<Frame<'v>, Batch> for Classify2d {
                 L::store(L::keep(shows, color[c]), row_mut(&mut batch.slab.color[c], r));
             }
             L::store(L::keep(shows, depth), row_mut(&mut batch.slab.alpha, r));
-            finish::<L>(batch, r, L::splat(1.0));
+            finish::<L>(&mut batch.slab, r, L::splat(1.0));
         });
     }
 }

@@ -96,7 +96,7 @@ impl Observer for Looker {
             let left = batch.pixels.transmittance[i];
             let (at, level) = match self.told {
                 Told::Transmittance { .. } => (self.at[i], None),
-                Told::Surfaces => (batch.hits.depth[i], Some(batch.hits.level[i])),
+                Told::Surfaces => batch.hits.as_ref().map_or((f64::INFINITY, None), |hits| (hits.depth[i], Some(hits.level[i]))),
                 Told::FirstCrossing => (if left == 0.0 { f64::from(batch.pixels.color[1][i]) } else { f64::INFINITY }, None),
             };
             // Lanes of other tiles have seen nothing here.

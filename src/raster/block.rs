@@ -73,8 +73,8 @@ pub(crate) fn render<O: Observer>(
 ) -> Outcome {
     // Observers see the rays' ends, and slabs between slices begin and end there.
     let range = if O::OBSERVES || extra(work.pairs).is_some() {
-        if work.frame.surfaces.is_some() {
-            batch.hits.begin((x0, y0));
+        if let Some(hits) = &mut batch.hits {
+            hits.begin((x0, y0));
         }
         intervals.block(x0, y0, inside, &mut batch.pixels)
     } else {

@@ -109,7 +109,8 @@ pub(crate) fn render_tiles<O: Observer, F: Finish>(
     let queue = Mutex::new(tiles.into_iter().enumerate());
     let next = || queue.lock().unwrap_or_else(PoisonError::into_inner).next();
     let parts = rayon::broadcast(|_| {
-        let (mut batch, mut counters, mut seen) = (Batch::new(), Counters::default(), Vec::new());
+        let (mut batch, mut counters, mut seen) =
+            (Batch::new(work.frame.optional.gradient.is_some(), work.frame.surfaces.is_some()), Counters::default(), Vec::new());
         while let Some((at, mut tile)) = next() {
             let mut observer = job.observer.fresh();
             let whole = render_tile(work, &intervals, job, &mut tile, &mut batch, &mut counters, &mut observer);
@@ -121,7 +122,7 @@ pub(crate) fn render_tiles<O: Observer, F: Finish>(
                 break;
             }
         }
-        counters.gradients = batch.gradient.taken;
+        counters.gradients = batch.gradient.map_or(0, |g| g.taken);
         (counters, seen)
     });
     if stopped.into_inner() {

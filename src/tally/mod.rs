@@ -36,7 +36,7 @@ pub struct Tally {
     pub lanes: u64,
     /// Lanes, of those, in rows in which nothing shows at the values looked up: classification and blending were left out.
     pub hidden: u64,
-    /// Gradients taken: one for each lane of rows in which something shows, where the scene needs them.
+    /// Gradients taken: of fragments that show, of pixels that still take light, where the scene needs them.
     pub gradients: u64,
     /// Batches that went through the stages.
     pub batches: u64,

@@ -97,14 +97,14 @@ fn hold<K: for<'v> Kernel<Frame<'v>, Batch>>(
     let rows = rows_of(lanes);
     let mut held = 0;
     run::<K>(frame, before, &[Part::Normal, Part::Size, Part::GradientLanes, Part::GradientsTaken], |after, level| {
-        assert_eq!(after.gradient.lanes, lanes, "at {level}");
-        assert_eq!(after.gradient.taken, before.gradient.taken + u64::from(lanes.count_ones()), "at {level}");
+        assert_eq!(after.gradient().lanes, lanes, "at {level}");
+        assert_eq!(after.gradient().taken, before.gradient().taken + u64::from(lanes.count_ones()), "at {level}");
         for i in 0..BATCH {
-            let [normal, old] = [after, before].map(|b| [0, 1, 2].map(|a: usize| b.gradient.normal[a][i]));
-            let size = after.gradient.size[i];
+            let [normal, old] = [after, before].map(|b| [0, 1, 2].map(|a: usize| b.gradient().normal[a][i]));
+            let size = after.gradient().size[i];
             if !listed(rows, i) {
                 (0..3).for_each(|a| assert_same(normal[a], old[a], level, i));
-                assert_same(size, before.gradient.size[i], level, i);
+                assert_same(size, before.gradient().size[i], level, i);
                 continue;
             }
             if !bit(lanes, i) {
@@ -245,8 +245,8 @@ pub(super) fn of_pieces_at_depths_of_their_own() {
                     &before,
                     &[Part::Normal, Part::Size, Part::GradientLanes, Part::GradientsTaken],
                     |after, level| {
-                        for i in (0..BATCH).filter(|&i| bit(after.gradient.lanes, i)) {
-                            let normal = DVec3::from_array([0, 1, 2].map(|a: usize| f64::from(after.gradient.normal[a][i])));
+                        for i in (0..BATCH).filter(|&i| bit(after.gradient().lanes, i)) {
+                            let normal = DVec3::from_array([0, 1, 2].map(|a: usize| f64::from(after.gradient().normal[a][i])));
                             for &axis in &flat {
                                 let along = grid.index_to_world().matrix3.col(axis).normalize().dot(normal);
                                 assert!(along.abs() < 40.0 * ROUNDING, "{along} along axis {axis}, at {level}");
@@ -285,14 +285,14 @@ pub(super) fn around_holes_and_on_plateaus() {
             for i in 0..BATCH {
                 let part = [0, 1, 2].map(|a: usize| f64::from(before.sample.weight[a][i]));
                 let found = want(&frame, &grid, kind, 1.0, cells[i], part);
-                let normal = [0, 1, 2].map(|a: usize| after.gradient.normal[a][i]);
+                let normal = [0, 1, 2].map(|a: usize| after.gradient().normal[a][i]);
                 // Differences of equal voxels are exact.
                 if found.is_none_or(|w| w.gradient.length() < 1e-12) {
                     without += 1;
-                    assert_eq!((after.gradient.size[i], normal), (0.0, [0.0; 3]), "at {level}, fragment {i}");
+                    assert_eq!((after.gradient().size[i], normal), (0.0, [0.0; 3]), "at {level}, fragment {i}");
                 } else {
                     with += 1;
-                    assert!(after.gradient.size[i] > 0.0, "at {level}, fragment {i}");
+                    assert!(after.gradient().size[i] > 0.0, "at {level}, fragment {i}");
                 }
             }
         });
@@ -325,8 +325,8 @@ pub(super) fn of_numbers_at_the_ends_of_f32() {
                     &[Part::Normal, Part::Size, Part::GradientLanes, Part::GradientsTaken],
                     |after, level| {
                         for i in 0..BATCH {
-                            let length = (0..3).map(|a| after.gradient.normal[a][i].powi(2)).sum::<f32>();
-                            let none = after.gradient.size[i] == 0.0 && length == 0.0;
+                            let length = (0..3).map(|a| after.gradient().normal[a][i].powi(2)).sum::<f32>();
+                            let none = after.gradient().size[i] == 0.0 && length == 0.0;
                             assert!(none || (length - 1.0).abs() < 0.1, "normal of length^2 {length} at {level}, fragment {i}");
                         }
                     },
@@ -367,12 +367,12 @@ pub(super) fn opacity() {
             before.slab.alpha[i] = depth;
             (0..3).for_each(|c| before.slab.color[c][i] = n.unit32() * depth);
             if n.bits() % 5 == 0 {
-                before.gradient.size[i] = [0.0, 1e30, 1e-30, (10.0 / unit) as f32, (60.0 / unit) as f32][n.bits() as usize % 5];
+                before.gradient_mut().size[i] = [0.0, 1e30, 1e-30, (10.0 / unit) as f32, (60.0 / unit) as f32][n.bits() as usize % 5];
             }
         }
         frame.optional.gradient = Some(gradient);
         run::<WeighByGradient>(&frame, &before, &[Part::Color, Part::Alpha, Part::Shown], |after, level| {
-            assert_eq!(after.shown, before.shown & rows_of(before.gradient.lanes), "at {level}");
+            assert_eq!(after.shown, before.shown & rows_of(before.gradient().lanes), "at {level}");
             for i in 0..BATCH {
                 let colors = |b: &Batch| [b.slab.color[0][i], b.slab.color[1][i], b.slab.color[2][i], b.slab.alpha[i]];
                 let (got, old) = (colors(after), colors(&before));
@@ -380,7 +380,7 @@ pub(super) fn opacity() {
                     (0..4).for_each(|c| assert_same(got[c], old[c], level, i));
                     continue;
                 }
-                let size = f64::from(before.gradient.size[i]) * unit;
+                let size = f64::from(before.gradient().size[i]) * unit;
                 // Where the rounding of a point's place decides, or it lies below f32's numbers, any factor between both sides will do.
                 let around = |g: f64| transfer.gradient_factor((g).max(0.0));
                 let near = 8.0 * ROUNDING * size + 1e-37 * unit;

@@ -75,12 +75,12 @@ fn towards(point: DVec3, from: DVec3, reach: f64) -> Option<(DVec3, f64)> {
 /// Colours of fragment `i` in the light, each with how far an f32 may be off it, where that is little enough to tell anything.
 fn lit(setting: &Setting<'_>, unit: f64, b: &Batch, i: usize, world: DVec3) -> Option<[(f64, f64); 3]> {
     let Setting { lighting, grid, view } = *setting;
-    let (alpha, size) = (f64::from(b.slab.alpha[i]), f64::from(b.gradient.size[i]));
+    let (alpha, size) = (f64::from(b.slab.alpha[i]), f64::from(b.gradient().size[i]));
     let color = [0, 1, 2].map(|c: usize| f64::from(b.slab.color[c][i]));
     if size == 0.0 {
         return Some(color.map(|c| (c, 0.0)));
     }
-    let normal = DVec3::from_array([0, 1, 2].map(|a: usize| f64::from(b.gradient.normal[a][i])));
+    let normal = DVec3::from_array([0, 1, 2].map(|a: usize| f64::from(b.gradient().normal[a][i])));
     // Rounding of places: those of the batch against the base voxel.
     let reach = 3.0 * grid.radius();
     let (to_eye, eye_off) = if view.perspective { towards(view.eye, world, reach)? } else { (-view.forward, 4.0 * ROUNDING) };
@@ -138,7 +138,7 @@ fn hold<K: for<'v> Kernel<Frame<'v>, Batch>>(
     run::<K>(frame, before, &[Part::Color], |after, level| {
         for i in 0..BATCH {
             let [got, old] = [after, before].map(|b| [0, 1, 2].map(|c: usize| b.slab.color[c][i]));
-            if !bit(before.gradient.lanes, i) {
+            if !bit(before.gradient().lanes, i) {
                 (0..3).for_each(|c| assert_same(got[c], old[c], level, i));
                 continue;
             }
@@ -196,7 +196,7 @@ pub(super) fn shades() {
         let (frame, unit) = lighted(&mut n, &none, &setting);
         let mut before = batch(&mut n);
         if round % 4 == 0 {
-            (before.shown, before.gradient.lanes) = (u8::MAX, u64::MAX);
+            (before.shown, before.gradient_mut().lanes) = (u8::MAX, u64::MAX);
         }
         held += hold::<Shade>(&setting, unit, &frame, &before, |i| on_slice(&grid, &before, i));
     }
@@ -252,7 +252,7 @@ pub(super) fn special_lights() {
                 let setting = Setting { lighting: &lighting, grid: &grid, view: &view };
                 let (frame, unit) = lighted(&mut n, &none, &setting);
                 let mut before = batch(&mut n);
-                (before.shown, before.gradient.lanes) = (u8::MAX, u64::MAX);
+                (before.shown, before.gradient_mut().lanes) = (u8::MAX, u64::MAX);
                 // Fragments on whole voxels: one of them is where a light is.
                 (before.geometry.across, before.geometry.down) = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
                 before.geometry.origin = [0.0; 3];
@@ -271,12 +271,12 @@ pub(super) fn special_lights() {
     let setting = Setting { lighting: &lighting, grid: &grid, view: &view };
     let (frame, _) = lighted(&mut n, &none, &setting);
     let mut before = batch(&mut n);
-    (before.shown, before.gradient.lanes) = (u8::MAX, u64::MAX);
+    (before.shown, before.gradient_mut().lanes) = (u8::MAX, u64::MAX);
     run::<Shade>(&frame, &before, &[Part::Color], |after, level| {
         for i in 0..BATCH {
             for c in 0..3 {
                 let (got, old, alpha) = (after.slab.color[c][i], before.slab.color[c][i], before.slab.alpha[i]);
-                let want = if before.gradient.size[i] > 0.0 && old > 0.0 { alpha } else { got };
+                let want = if before.gradient().size[i] > 0.0 && old > 0.0 { alpha } else { got };
                 assert!((0.0..=alpha).contains(&got), "{got} of opacity {alpha}, at {level}");
                 assert_same(got, want, level, i);
             }

@@ -179,10 +179,10 @@ impl Part {
             Self::Transmittance => floats([&b.pixels.transmittance]),
             Self::Excess => floats(&b.pixels.excess),
             Self::Alive => vec![b.pixels.alive],
-            Self::Normal => floats(&b.gradient.normal),
-            Self::Size => floats([&b.gradient.size]),
-            Self::GradientLanes => vec![b.gradient.lanes],
-            Self::GradientsTaken => vec![b.gradient.taken],
+            Self::Normal => floats(&b.gradient().normal),
+            Self::Size => floats([&b.gradient().size]),
+            Self::GradientLanes => vec![b.gradient().lanes],
+            Self::GradientsTaken => vec![b.gradient().taken],
         }
     }
 }
@@ -287,7 +287,7 @@ fn frame<'v>(voxels: &'v Voxels, n: &mut Numbers) -> Frame<'v> {
 
 /// A batch with every array filled at random, its fragments somewhere in and around a volume of [`DIMS`]; some rows take part.
 fn batch(n: &mut Numbers) -> Box<Batch> {
-    let mut b = Batch::new();
+    let mut b = Batch::new(true, true);
     b.slice = (n.bits() % 9) as i32;
     b.depth = n.unit32() * 10.0;
     b.fog.slice = n.unit32();
@@ -328,13 +328,13 @@ fn batch(n: &mut Numbers) -> Box<Batch> {
     }
     // Numbers of their own: those above stay what they are.
     let mut n = Numbers::new(b.mask);
-    b.gradient.lanes = spread(b.shown & some_rows(&mut n)) & (n.bits() | n.bits());
+    b.gradient_mut().lanes = spread(b.shown & some_rows(&mut n)) & (n.bits() | n.bits());
     for i in 0..BATCH {
         let normal = [0; 3].map(|_| n.between(-1.0, 1.0));
         let length = normal.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let there = n.bits() % 8 != 0 && length > 0.0 && bit(b.gradient.lanes, i);
-        b.gradient.size[i] = if there { n.unit32() * 50.0 } else { 0.0 };
-        (0..3).for_each(|a| b.gradient.normal[a][i] = if there { (normal[a] / length) as f32 } else { 0.0 });
+        let there = n.bits() % 8 != 0 && length > 0.0 && bit(b.gradient().lanes, i);
+        b.gradient_mut().size[i] = if there { n.unit32() * 50.0 } else { 0.0 };
+        (0..3).for_each(|a| b.gradient_mut().normal[a][i] = if there { (normal[a] / length) as f32 } else { 0.0 });
     }
     b
 }

@@ -17,15 +17,15 @@ fn check(transfer: &Transfer2d, n: &mut Numbers) {
     let mut before = batch(n);
     for i in 0..BATCH {
         before.sample.value[i] = ((n.between(-20.0, 120.0) - offset) / scale) as f32;
-        before.gradient.size[i] = if n.bits() % 8 == 0 { 0.0 } else { (n.between(0.0, 12.0) / gradient.unit) as f32 };
+        before.gradient_mut().size[i] = if n.bits() % 8 == 0 { 0.0 } else { (n.between(0.0, 12.0) / gradient.unit) as f32 };
         before.slab.length[i] = n.between(0.1, 1.5) as f32;
     }
-    (before.shown, before.gradient.lanes) = (u8::MAX, spread(some_rows(n)));
+    (before.shown, before.gradient_mut().lanes) = (u8::MAX, spread(some_rows(n)));
     run::<Classify2d>(&frame, &before, &[Part::Shown, Part::Color, Part::Alpha], |after, level| {
-        assert_eq!(after.shown, rows_of(before.gradient.lanes), "{level}");
+        assert_eq!(after.shown, rows_of(before.gradient().lanes), "{level}");
         for i in (0..BATCH).filter(|&i| listed(after.shown, i)) {
             let value = scale * f64::from(before.sample.value[i]) + offset;
-            let size = f64::from(before.gradient.size[i]) * gradient.unit;
+            let size = f64::from(before.gradient().size[i]) * gradient.unit;
             let length = ratio * f64::from(before.slab.length[i]);
             let opacity_at = |v: f64, g: f64| -libm::expm1(length * libm::log1p(-transfer.eval(v, g).alpha));
             let straight = transfer.eval(value, size);

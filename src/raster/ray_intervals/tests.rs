@@ -131,7 +131,7 @@ fn check((stack, grid, planes): &(Stack, Grid, Vec<ClipPlane>), level: Level, se
     }
     let intervals = RayIntervals::new(stack, false, EndPieces::Partial, level);
     let (width, height) = (stack.view.width, stack.view.height);
-    let mut batch = Batch::new();
+    let mut batch = Batch::new(true, true);
     for y0 in (0..height).step_by(SIDE) {
         for x0 in (0..width).step_by(SIDE) {
             let place = |i: usize| (x0 + (i % SIDE) as u32, y0 + (i / SIDE) as u32);
