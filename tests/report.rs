@@ -174,6 +174,47 @@ fn lit_scenes_tell_what_each_kind_of_gradient_costs() {
 }
 
 #[test]
+fn scenes_of_surfaces_tell_refined_hits_from_first_samples() {
+    let dir = dir();
+    let scene = "[volume]\nphantom = \"cloud\"\nsize = 24\n[image]\nwidth = 40\nheight = 32\n[slices]\ncount = 64\n[render]\n\
+                 blend = \"iso\"\nlevels = [{ level = 0.3, color = [0.9, 0.4, 0.3] }, { level = 0.15, color = [0.3, 0.8, 0.4], opacity = 0.4 }]\n";
+    fs::write(dir.path().join("s.toml"), scene).unwrap();
+    let methods = "midpoint,pre-integrated,cubic";
+    let out = run(dir.path(), &["report", "s.toml", "-o", "r", "--budget", "1.5", "--methods", methods]);
+    let told = String::from_utf8(out.stdout).unwrap();
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    let folder = dir.path().join("r");
+    let json: Value = serde_json::from_str(&read(folder.join("report.json"))).unwrap();
+    let rows = json["hits"].as_array().unwrap();
+    assert_eq!(agree(&folder.join("hits.csv"), &json["hits"]), 8);
+    let number = |r: &Value, name: &str| r[name].as_f64().unwrap_or_else(|| panic!("{name} in {r}"));
+    for (pair, slices) in rows.chunks(2).zip([16, 32, 64, 128]) {
+        let (refined, first) = (&pair[0], &pair[1]);
+        assert!(refined["kind"] == "refined" && first["kind"] == "first-sample", "{refined} {first}");
+        assert!(refined["slices"] == slices && first["slices"] == slices && number(refined, "seconds") > 0.0);
+        assert!(number(refined, "rms") < 0.7 * number(first, "rms"), "{refined} {first}");
+        assert!(number(refined, "mean_distance") < 1e-3 * number(first, "mean_distance"), "{refined} {first}");
+        assert!(number(first, "max_distance") <= 1.01, "{first}");
+    }
+    assert!(told.contains("first-sample") && told.contains("off, in slabs"), "{told}");
+    let html = read(folder.join("report.html"));
+    check_page(&html);
+    assert!(html.contains("Kinds of hit") && html.contains("From 16 to 128 slices, the RMS error of refined hits goes from "));
+    assert!(html.contains("exact but for rounding") && !html.contains("rays integrated"));
+    // Slabs do not matter where surfaces are met between slices, and there is no order to expect.
+    let found = json["methods"].as_array().unwrap();
+    assert!(found[0]["missing"].is_null() && found[0]["expected_order"].is_null(), "{}", found[0]);
+    assert!(found[1..].iter().all(|m| m["missing"].as_str().unwrap().contains("level surfaces")), "{}", json["methods"]);
+    assert!(json["points"].as_array().unwrap().iter().all(|p| p["method"] == "midpoint"));
+    // Scenes without levels have no such rows.
+    let out = run(dir.path(), &[&TINY[..], &["-o", "r", "--methods", "midpoint"]].concat());
+    assert!(out.status.success() && !String::from_utf8(out.stdout).unwrap().contains("first-sample"));
+    let json: Value = serde_json::from_str(&read(folder.join("report.json"))).unwrap();
+    assert!(json["hits"].as_array().unwrap().is_empty() && csv(folder.join("hits.csv")).is_empty());
+    assert!(!read(folder.join("report.html")).contains("Kinds of hit"));
+}
+
+#[test]
 fn errors_fall_as_fast_as_a_smooth_scene_lets_them() {
     let dir = dir();
     let scene = "[volume]\nphantom = \"hydrogen\"\nsize = 24\n[camera]\nazimuth = 20\nelevation = 15\n[image]\nwidth = 40\nheight = 40\n\
@@ -218,6 +259,7 @@ fn senseless_wishes_are_one_line_each() {
     assert!(refused(dir.path(), &["report", "missing.nrrd", "-o", "r"], 1).contains("missing.nrrd"));
     // There is no reference for these.
     assert!(refused(dir.path(), &with(&["-o", "r", "--render.blend", "mip"]), 1).contains("render blend"));
+    assert!(refused(dir.path(), &with(&["-o", "r", "--render.blend", "iso", "--render.level", "0.5"]), 1).contains("render.levels"));
     fs::write(dir.path().join("f"), "mine").unwrap();
     assert!(refused(dir.path(), &with(&["-o", "f"]), 1).contains("f: is no folder"));
     // Other people's files are spared.

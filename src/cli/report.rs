@@ -178,6 +178,14 @@ fn told(record: &Record, folder: &Path) -> String {
         let time = number(a.seconds, &|s| format!("{:.1} ms", 1e3 * s));
         out += &format!("{:>10}  {way:36} {time:>10} {:>10}\n", format!("{:e}", a.error), number(a.rms, &|e| format!("{e:.1e}")));
     }
+    if !record.hits.is_empty() {
+        out += &format!("{:>12} {:>8} {:>10} {:>10} {:>10} {:>16}\n", "hits", "slices", "time", "RMS error", "largest", "off, in slabs");
+    }
+    for h in &record.hits {
+        let off = h.mean_distance.map_or_else(|| "-".into(), |x| format!("{x:.1e}"));
+        let time = format!("{:.1} ms", 1e3 * h.seconds);
+        out += &format!("{:>12} {:>8} {time:>10} {:>10.1e} {:>10.1e} {off:>16}\n", h.kind, h.slices, h.rms, h.max);
+    }
     for m in &record.methods {
         if let Some(why) = &m.missing {
             out += &format!("{}: not made: {why}\n", m.name);

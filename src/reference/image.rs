@@ -1,7 +1,7 @@
 //! Whole reference pictures, or every n-th pixel of a part of one.
 
-use super::Integrator;
-use crate::scene::Scene;
+use super::{Integrator, SurfaceTracer};
+use crate::scene::{Blend, Premultiplied, Scene};
 use crate::volume::Volume;
 use crate::{Error, Result};
 use rayon::prelude::*;
@@ -61,21 +61,49 @@ impl ReferenceImage {
         (origin.0 + (position % self.columns) as u32 * step, origin.1 + (position / self.columns) as u32 * step)
     }
 
-    /// The largest error bound of any pixel.
+    /// The largest error bound of any pixel. 0 for level surfaces: nothing is integrated there, and crossings are exact but for the rounding
+    /// of f64.
     pub fn error_bound(&self) -> f64 {
         self.error_bound
     }
 
-    /// Smooth panels integrated in all.
+    /// Smooth panels integrated in all; 0 for level surfaces.
     pub fn pieces(&self) -> u64 {
         self.pieces
     }
 }
 
-/// Computes the pixels of `region`, in parallel, the same for any number of threads.
+/// What computes pixels of a scene.
+enum Rays<'a> {
+    Integrated(Integrator<'a>),
+    Surfaces(SurfaceTracer<'a>),
+}
+
+impl<'a> Rays<'a> {
+    fn new(scene: &Scene, volume: &'a Volume) -> Result<Self> {
+        Ok(match scene.blend() {
+            Blend::Surfaces => Self::Surfaces(SurfaceTracer::new(scene, volume)?),
+            _ => Self::Integrated(Integrator::new(scene, volume)?),
+        })
+    }
+
+    /// A pixel over the scene's background, the bound on its error, and the panels integrated for it.
+    fn pixel(&self, x: u32, y: u32) -> (Premultiplied, f64, u32) {
+        match self {
+            Self::Integrated(integrator) => {
+                let (color, ray) = integrator.pixel(x, y);
+                (color, ray.error_bound, ray.pieces)
+            }
+            Self::Surfaces(tracer) => (tracer.pixel(x, y), 0.0, 0),
+        }
+    }
+}
+
+/// Computes the pixels of `region`, in parallel, the same for any number of threads: by an [`Integrator`], or by a [`SurfaceTracer`] where the
+/// scene draws level surfaces.
 ///
 /// # Errors
-/// As [`Integrator::new`]; [`Error::Invalid`] for a region that is empty, leaves the picture or has step 0.
+/// As [`Integrator::new`] and [`SurfaceTracer::new`]; [`Error::Invalid`] for a region that is empty, leaves the picture or has step 0.
 pub fn image(scene: &Scene, volume: &Volume, region: Region) -> Result<ReferenceImage> {
     let (width, height) = scene.size();
     let Region { origin: (x0, y0), size: (w, h), step } = region;
@@ -83,7 +111,7 @@ pub fn image(scene: &Scene, volume: &Volume, region: Region) -> Result<Reference
     if !inside(x0, w, width) || !inside(y0, h, height) || step == 0 {
         return Err(Error::invalid(format!("region {w} x {h} at ({x0},{y0}), step {step}: not within a picture of {width} x {height}")));
     }
-    let integrator = Integrator::new(scene, volume)?;
+    let rays = Rays::new(scene, volume)?;
     let (columns, rows) = (w.div_ceil(step) as usize, h.div_ceil(step) as usize);
     let mut pixels = Vec::new();
     if pixels.try_reserve_exact(columns * rows).is_err() {
@@ -97,11 +125,11 @@ pub fn image(scene: &Scene, volume: &Volume, region: Region) -> Result<Reference
         .map(|(row, line)| {
             let (mut bound, mut pieces) = (0.0, 0);
             for (column, pixel) in line.iter_mut().enumerate() {
-                let (color, ray) = integrator.pixel(x0 + column as u32 * step, y0 + row as u32 * step);
+                let (color, off, panels) = rays.pixel(x0 + column as u32 * step, y0 + row as u32 * step);
                 let [r, g, b] = color.rgb;
                 *pixel = [r, g, b, color.alpha];
-                bound = f64::max(bound, ray.error_bound);
-                pieces += u64::from(ray.pieces);
+                bound = f64::max(bound, off);
+                pieces += u64::from(panels);
             }
             (bound, pieces)
         })

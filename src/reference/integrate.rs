@@ -72,7 +72,9 @@ impl<'a> Integrator<'a> {
     pub fn new(scene: &Scene, volume: &'a Volume) -> Result<Self> {
         volume.check_scalars()?;
         if scene.blend() != Blend::Over {
-            return Err(Error::invalid("render blend: there is a reference for \"over\" alone, projections have none"));
+            return Err(Error::invalid(
+                "render blend: rays are integrated for \"over\" alone; of the others only render.levels have a reference",
+            ));
         }
         let mut fog = follow(scene)?;
         let mut transfer = scene.transfer().clone();

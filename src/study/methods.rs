@@ -38,6 +38,12 @@ impl NamedMethod {
         plain && m.classification != Classification::Pre
     }
 
+    /// Whether level surfaces are drawn as it says: they are met between slices, so that slabs and their sums do not matter, and only how values
+    /// are looked up and how many slices there are does.
+    pub(super) fn is_for_surfaces(&self) -> bool {
+        !self.method.filter.is_cubic() && Method { filter: BASE.filter, ..self.method } == BASE
+    }
+
     /// The method called `name`.
     ///
     /// # Errors
@@ -194,5 +200,11 @@ mod tests {
         let order = |name: &str| NamedMethod::named(name).unwrap().expected_order();
         assert_eq!(["midpoint", "second-order", "riemann", "end-sample", "midpoint-whole"].map(order), [2, 3, 1, 1, 1].map(Some));
         assert_eq!(order("tolerance"), None);
+    }
+
+    #[test]
+    fn surfaces_know_no_slabs() {
+        let found: Vec<&str> = METHODS.iter().filter(|m| m.is_for_surfaces()).map(|m| m.name).collect();
+        assert_eq!(found, ["midpoint", "tolerance", "nearest"]);
     }
 }

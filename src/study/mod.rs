@@ -15,6 +15,7 @@ mod balance;
 mod clock;
 mod cost;
 mod gradients;
+mod hits;
 mod joint_plot;
 mod methods;
 
@@ -30,7 +31,9 @@ mod transfer_plot;
 
 pub use methods::{METHODS, NamedMethod};
 pub use precision::{Options, Study, study};
-pub use record::{Advice, Balance, Cost, GradientKind, MethodRecord, Point, PreIntegration, Record, Setting, Shared, SlicesFor, StageTime};
+pub use record::{
+    Advice, Balance, Cost, GradientKind, HitKind, MethodRecord, Point, PreIntegration, Record, Setting, Shared, SlicesFor, StageTime,
+};
 
 pub use joint_plot::joint_histogram_png;
 pub use report::{File, scene_files, stability_files};

@@ -3,10 +3,10 @@
 use super::clock::Clock;
 use super::methods::{METHODS, NamedMethod};
 use super::record::{MethodRecord, Point, Record, Setting};
-use super::{advice, balance, cost, gradients, stages};
+use super::{advice, balance, cost, gradients, hits, stages};
 use crate::reference::metrics::{self, Displayed};
 use crate::reference::{ReferenceImage, Region, image};
-use crate::scene::{Accumulation, Filter, Slicing};
+use crate::scene::{Accumulation, Blend, Filter, Slicing};
 use crate::{Error, Picture, Renderer, Result, Scene, Settings, Volume};
 use rayon::ThreadPoolBuilder;
 use std::time::Instant;
@@ -14,7 +14,7 @@ use std::time::Instant;
 /// Seconds a study may take unless told.
 const BUDGET: f64 = 60.0;
 /// Parts of the budget that are gone when the reference is there, then that of the spline, the pictures, their SSIM and FLIP, their repetitions, the
-/// stages, the kinds of gradient, the threads, the sizes.
+/// stages, the kinds of gradient, the kinds of hit, the threads, the sizes.
 const REFERENCE: f64 = 0.15;
 const SPLINE: f64 = 0.22;
 const FIRST: f64 = 0.55;
@@ -22,6 +22,7 @@ const JUDGED: f64 = 0.62;
 const PICTURES: f64 = 0.8;
 const STAGES: f64 = 0.86;
 const GRADIENTS: f64 = 0.885;
+const HITS: f64 = 0.9;
 const BALANCE: f64 = 0.91;
 const COSTS: f64 = 0.97;
 const MANY: u64 = Accumulation::MANY;
@@ -33,6 +34,8 @@ const ENOUGH: f64 = 1e-5;
 const SETTLED: f64 = 0.05;
 /// Most repetitions of each picture.
 const REPEATS: u32 = 9;
+/// Why there are no pictures of a method for level surfaces.
+const NOT_FOR_SURFACES: &str = "level surfaces are met between slices: it changes nothing about them";
 /// Errors asked for in tolerance mode.
 const TOLERANCES: [f64; 8] = [2e-2, 1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4];
 
@@ -97,7 +100,8 @@ pub struct Study {
 
 /// Studies `scene` over `volume`.
 ///
-/// Whatever the scene's own filter is, methods are held against the reference of theirs: the trilinear field's, or the spline's.
+/// Whatever the scene's own filter is, methods are held against the reference of theirs: the trilinear field's, or the spline's. Level surfaces
+/// ([`Scene::with_levels`]) are held against the exact crossings of the rays; methods that change nothing about them are told as missing.
 ///
 /// Errors are measured on red, green and blue over black, on every k-th column and row where the reference of all pixels would
 /// take too long; times are for the whole picture, the shortest of several after a first one. Pixels end at a transmittance
@@ -116,13 +120,15 @@ pub fn study(volume: &Volume, scene: &Scene, options: &Options) -> Result<Study>
     if options.methods.is_empty() {
         return Err(Error::invalid("no methods to compare"));
     }
+    let surfaces = scene.blend() == Blend::Surfaces;
     let clock = Clock::new(options.budget, options.settings.progress.clone());
     let settings = Settings { progress: clock.progress(), ..options.settings.clone() };
     clock.now("reference")?;
     let filtered = |filter| scene.clone().with_method(scene.method().with_filter(filter));
     let (reference, reference_seconds) = make_reference(volume, &filtered(Filter::Linear)?, &settings, || clock.left(REFERENCE))?;
     let region = reference.region();
-    let spline = if options.methods.iter().any(|m| m.method.filter.is_cubic()) {
+    let drawn: Vec<&NamedMethod> = options.methods.iter().copied().filter(|m| !surfaces || m.is_for_surfaces()).collect();
+    let spline = if drawn.iter().any(|m| m.method.filter.is_cubic()) {
         let (spline, _) = make_reference(volume, &filtered(Filter::CUBIC)?, &settings, || clock.left(SPLINE))?;
         Some(Truth::new(&spline)?)
     } else {
@@ -137,6 +143,10 @@ pub fn study(volume: &Volume, scene: &Scene, options: &Options) -> Result<Study>
     let mut missing = Vec::new();
     for (i, method) in options.methods.iter().enumerate() {
         clock.now(method.name)?;
+        if surfaces && !method.is_for_surfaces() {
+            missing.push(Some(NOT_FOR_SURFACES.into()));
+            continue;
+        }
         // Those that a user would choose get more of the time.
         let weight =
             |m: &NamedMethod| if m.expected_order().is_none_or(|p| p > 1) && m.other_limit.is_none() && m.first < MANY { 3.0 } else { 1.0 };
@@ -153,16 +163,18 @@ pub fn study(volume: &Volume, scene: &Scene, options: &Options) -> Result<Study>
     let methods = options.methods.iter().zip(missing).map(|(method, missing)| MethodRecord {
         name: method.name.into(),
         about: method.about.into(),
-        expected_order: method.expected_order(),
+        expected_order: method.expected_order().filter(|_| !surfaces),
         measured_order: advice::order(method, &found.points),
         other_limit: method.other_limit.map(Into::into),
         missing,
     });
     let methods = methods.collect();
     clock.now("stages")?;
-    let stages = stages::measure(&mut renderer, scene, &options.methods, slices, || clock.left(STAGES))?;
+    let stages = stages::measure(&mut renderer, scene, &drawn, slices, || clock.left(STAGES))?;
     clock.now("gradients")?;
     let gradients = gradients::measure(volume, &mut renderer, scene, slices, &clock, GRADIENTS)?;
+    clock.now("hits")?;
+    let hits = hits::measure(volume, &mut renderer, scene, slices, &clock, HITS)?;
     clock.now("balance")?;
     let balance = balance::measure(volume, scene, &options.settings, slices, || clock.left(BALANCE))?;
     clock.now("sizes")?;
@@ -187,7 +199,7 @@ pub fn study(volume: &Volume, scene: &Scene, options: &Options) -> Result<Study>
         reference_seconds,
         version: env!("CARGO_PKG_VERSION").into(),
     };
-    let record = Record { setting, methods, points: found.points, stages, costs, gradients, balance, advice, pre_integration };
+    let record = Record { setting, methods, points: found.points, stages, costs, gradients, hits, balance, advice, pre_integration };
     Ok(Study { record, reference: bench.reference.shown, pictures: found.pictures })
 }
 
@@ -240,11 +252,7 @@ impl Truth {
 
     /// A picture on the pixels that the reference has.
     fn sampled(&self, picture: &Picture) -> Result<Displayed> {
-        let step = self.region.step as usize;
-        let width = picture.width() as usize;
-        let rows = picture.pixels().chunks(width).step_by(step);
-        let pixels: Vec<[f32; 4]> = rows.flat_map(|row| row.iter().step_by(step).copied()).collect();
-        Displayed::over_black(width.div_ceil(step), &pixels)
+        sampled(picture, self.region.step)
     }
 
     /// SSIM and FLIP.
@@ -387,7 +395,7 @@ pub(super) fn sampled(picture: &Picture, step: u32) -> Result<Displayed> {
 }
 
 /// The transmittance at which pixels end: the scene's, and less for finer slices.
-fn terminate(scene: f32, slicing: Slicing) -> f32 {
+pub(super) fn terminate(scene: f32, slicing: Slicing) -> f32 {
     match slicing {
         Slicing::Count(n) if n > 256 => scene * (256.0 / n as f32) * (256.0 / n as f32),
         _ => scene,

@@ -18,6 +18,8 @@ pub struct Record {
     pub costs: Vec<Cost>,
     /// What each kind of gradient costs, where the scene depends on one.
     pub gradients: Vec<GradientKind>,
+    /// What each kind of hit costs at several slice counts, where the scene draws level surfaces.
+    pub hits: Vec<HitKind>,
     /// How evenly a frame's work falls on threads.
     pub balance: Vec<Balance>,
     /// Which method to use for which error.
@@ -44,6 +46,35 @@ pub struct GradientKind {
     pub reference_bound: f64,
     /// Pixels of the reference.
     pub reference_pixels: usize,
+}
+
+/// The scene's level surfaces with one kind of hit at one slice count, against the exact crossings of the rays.
+///
+/// Distances of hits are those of the nearest surface a pixel's ray meets, along the view direction.
+#[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
+pub struct HitKind {
+    /// `refined` or `first-sample`.
+    pub kind: String,
+    /// Slices.
+    pub slices: u64,
+    /// Seconds of a frame, the shortest of several.
+    pub seconds: f64,
+    /// Root of the mean squared error of red, green and blue over black.
+    pub rms: f64,
+    /// Largest error.
+    pub max: f64,
+    /// Pixels of the reference.
+    pub reference_pixels: usize,
+    /// Of those, the ones whose ray meets a surface both in the picture and in the reference, not more than a slab apart.
+    pub met: usize,
+    /// The ones that meet another surface than in the reference, or meet one in only one of the two. Neither kind of hit sees a level that is
+    /// crossed twice within a slab.
+    pub elsewhere: usize,
+    /// Mean distance between hit and exact crossing in the pixels of `met`, in thicknesses of a slab.
+    pub mean_distance: Option<f64>,
+    /// Largest of those distances, in thicknesses of a slab.
+    pub max_distance: Option<f64>,
 }
 
 /// How evenly a frame's tiles fall on threads.

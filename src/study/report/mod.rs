@@ -1,6 +1,7 @@
 //! A study as files: page, numbers, plots, pictures.
 
 mod charts;
+mod hits;
 mod page;
 mod pictures;
 mod scene;

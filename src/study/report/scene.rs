@@ -6,7 +6,7 @@ use super::super::precision::Study;
 use super::super::record::{Advice, Balance, GradientKind, MethodRecord, Point, Record, Shared};
 use super::page::{Cell, page, table};
 use super::pictures::{difference, png};
-use super::{File, Plot, charts, error, or_dash, time};
+use super::{File, Plot, charts, error, hits, or_dash, time};
 use crate::Result;
 use crate::reference::metrics;
 use base64::Engine;
@@ -27,6 +27,7 @@ pub fn scene_files(study: &Study) -> Result<Vec<File>> {
         File::csv("balance.csv", &record.balance.iter().flat_map(shared).collect::<Vec<_>>())?,
         File::csv("advice.csv", &record.advice)?,
         File::csv("gradients.csv", &record.gradients)?,
+        File::csv("hits.csv", &record.hits)?,
         File::text("table.md", markdown(record)),
     ];
     let plots = plots(record);
@@ -128,7 +129,7 @@ struct Shown {
 }
 
 fn pictures(study: &Study) -> Result<Vec<Shown>> {
-    let caption = "The reference: rays integrated in f64.".to_owned();
+    let caption = format!("The reference: {}.", truth(&study.record));
     let mut list = vec![Shown { name: "reference.png".into(), bytes: png(&study.reference)?, caption }];
     // All differences on one scale: what the first one's 99.9th percentile is, rounded up to a power of two of 1/255.
     let mut most: Option<f64> = None;
@@ -151,6 +152,11 @@ fn pictures(study: &Study) -> Result<Vec<Shown>> {
     Ok(list)
 }
 
+/// What pictures are held against.
+fn truth(record: &Record) -> &'static str {
+    if record.hits.is_empty() { "rays integrated in f64" } else { "rays whose crossings of the levels are solved for in f64" }
+}
+
 /// What to use for which error, for a README.
 fn markdown(record: &Record) -> String {
     let s = &record.setting;
@@ -170,8 +176,16 @@ fn markdown(record: &Record) -> String {
         };
     }
     out += &format!(
-        "\n{} x {} x {} voxels ({}), {} x {} pixels, {} threads, {}; error of red, green and blue against rays integrated in f64.\n",
-        s.dimensions[0], s.dimensions[1], s.dimensions[2], s.voxel_type, s.image[0], s.image[1], s.threads, s.simd
+        "\n{} x {} x {} voxels ({}), {} x {} pixels, {} threads, {}; error of red, green and blue against {}.\n",
+        s.dimensions[0],
+        s.dimensions[1],
+        s.dimensions[2],
+        s.voxel_type,
+        s.image[0],
+        s.image[1],
+        s.threads,
+        s.simd,
+        truth(record)
     );
     out
 }
@@ -236,6 +250,7 @@ fn html(record: &Record, plots: &[(&str, Plot, String)], pictures: &[Shown]) -> 
     body += "<h2>Where time goes</h2>\n";
     body += &figure("stages");
     body += &gradients_table(&record.gradients);
+    body += &hits::section(&record.hits);
     body += &balance_table(&record.balance);
     body += "<h2>Reference, rendering, difference</h2>\n<div class=\"pictures\">\n";
     for p in pictures {
@@ -344,13 +359,17 @@ fn measured(record: &Record) -> String {
         1 => format!("all {} pixels", s.reference_pixels),
         n => format!("every {n}. column and row ({} pixels)", s.reference_pixels),
     };
+    let bound = match record.hits.len() {
+        0 => format!("to a bound of {}", error(s.reference_bound)),
+        _ => "exact but for rounding".into(),
+    };
     format!(
-        "<h2>How this was measured</h2>\n<p>Error: red, green and blue over black against a reference that integrates each ray in f64, cell by cell, \
-         to a bound of {}; taken on {pixels}; the reference took {}. Time: the whole picture at its own size, once everything that depends on \
+        "<h2>How this was measured</h2>\n<p>Error: red, green and blue over black against {}, cell by cell, {}; taken on {pixels}; the reference took {}. Time: the whole picture at its own size, once everything that depends on \
          volume and transfer function only is prepared; the shortest of several frames after a first one, in rounds over all pictures. \
          Error is computed outside the timed part. From 256 slices on, pixels end at a transmittance of the scene's own times \
          (256 / N)<sup>2</sup>, so that ending early never sets the error. The study took {} of {} granted. slicestack {}.</p>\n",
-        error(s.reference_bound),
+        truth(record),
+        bound,
         time(s.reference_seconds),
         time(s.seconds),
         time(s.budget),
