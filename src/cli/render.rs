@@ -8,6 +8,7 @@ use super::{Usage, complain};
 use anyhow::{Result, bail};
 use clap::builder::{PossibleValue, PossibleValuesParser};
 use slicestack::picture::{Aov, Format, PlaneFormat};
+use slicestack::scene::ResolvedScene;
 use slicestack::{Renderer, Settings};
 use std::io::{IsTerminal, stderr};
 use std::path::{Path, PathBuf};
@@ -118,7 +119,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
     clock.load = start.elapsed().as_secs_f64();
     // Presets look at the voxels, and keep what they found for the frame.
     let start = Instant::now();
-    let (scene, mut warnings) = scene_file.to_scene(&volume)?;
+    let ResolvedScene { scene, mut warnings, notes, .. } = scene_file.resolve(&volume)?;
     clock.prepare = start.elapsed().as_secs_f64();
 
     enter(Phase::Rendering);
@@ -132,6 +133,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
     }
     bar.clear();
     warnings.extend(stats.warnings.iter().cloned());
+    notes.iter().for_each(|note| complain("note", note));
     warnings.iter().for_each(|w| complain("warning", w));
 
     rendered()?;
@@ -145,7 +147,8 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
         to.write(bytes).inspect_err(|_| planes.sinks[..written].iter().chain([&sink]).for_each(forget))?;
     }
     if let Some(stats_sink) = &stats_sink {
-        let text = serde_json::to_string_pretty(&stats::json(clock, &stats, &warnings, &picture, &volume))? + "\n";
+        let told = stats::Told { depths: scene.depths(&volume), warnings, notes };
+        let text = serde_json::to_string_pretty(&stats::json(clock, &stats, &told, &picture, &volume))? + "\n";
         stats_sink.write(text.as_bytes()).inspect_err(|_| planes.sinks.iter().chain([&sink]).for_each(forget))?;
     }
     if let Some(error) = stats.error_estimate.filter(|_| args.estimate) {

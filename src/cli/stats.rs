@@ -1,6 +1,7 @@
 //! What a picture cost, as JSON and as a table.
 
 use serde_json::{Value, json};
+use slicestack::scene::SceneDepths;
 use slicestack::{LeftOut, Picture, RenderStats, Volume};
 
 /// Times that the command takes itself, in seconds.
@@ -12,8 +13,22 @@ pub(super) struct Clock {
     pub(super) encode: f64,
 }
 
+/// What a user is told besides numbers.
+pub(super) struct Told {
+    pub(super) warnings: Vec<String>,
+    /// What was decided, and why.
+    pub(super) notes: Vec<String>,
+    /// Where the box begins and ends for the eye, and what shows of it.
+    pub(super) depths: Option<SceneDepths>,
+}
+
+/// Eye distances along the view direction, world units.
+pub(super) fn depths_json(depths: SceneDepths) -> Value {
+    json!({ "box": depths.whole, "visible": depths.visible })
+}
+
 /// The statistics file.
-pub(super) fn json(clock: Clock, stats: &RenderStats, warnings: &[String], picture: &Picture, volume: &Volume) -> Value {
+pub(super) fn json(clock: Clock, stats: &RenderStats, told: &Told, picture: &Picture, volume: &Volume) -> Value {
     let left_out: Vec<Value> = stats.left_out.iter().map(left_out_json).collect();
     let t = &stats.tally;
     let mut value = json!({
@@ -46,7 +61,9 @@ pub(super) fn json(clock: Clock, stats: &RenderStats, warnings: &[String], pictu
         },
         "left_out": left_out,
         "sha256": picture.sha256(),
-        "warnings": warnings,
+        "warnings": told.warnings,
+        "notes": told.notes,
+        "depths": told.depths.map(depths_json),
         "non_finite_voxels": stats.non_finite_voxels,
         "image": { "width": picture.width(), "height": picture.height() },
         "volume": {

@@ -18,7 +18,7 @@ mod surface;
 mod tiles;
 mod work;
 
-pub(crate) use aov::{Looker, Told};
+pub(crate) use aov::{Looker, Seen, Told};
 pub(crate) use observer::Observer;
 pub(crate) use resolve::{Finish, Resolve};
 pub(crate) use surface::Surface;

@@ -7,9 +7,14 @@
 use super::{Backend, RenderStats, Renderer};
 use crate::picture::{Aov, Picture, Plane};
 use crate::proxy::Stack;
-use crate::raster::{Looker, Surface, Told};
+use crate::raster::{Looker, Seen, Surface, Told};
 use crate::scene::{Blend, Method, Order, Scene, Slicing, unit};
 use crate::{Error, Result};
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Pixels between two looks at whether somebody wants to stop.
+const AT_A_TIME: usize = 1 << 14;
 
 impl Renderer {
     /// As [`Renderer::render`], with `planes` beside the picture, in their order. The picture is the same with and without them.
@@ -50,31 +55,48 @@ impl Renderer {
         let stack = Stack::new(self.volume.grid(), &view, scene.clip_planes(), slices.max(1));
         let first = Surface { volume: &self.volume, stack: &stack, transfer: scene.transfer() };
         let mut numbers = planes.iter().map(|&aov| empty(aov, width, height)).collect::<Result<Vec<_>>>()?;
-        for seen in looker.seen.iter().filter(|seen| seen.pixel.0 < width && seen.pixel.1 < height) {
-            let (x, y) = seen.pixel;
-            let window = (f64::from(x) + 0.5, f64::from(y) + 0.5);
-            let (depth, level) = match scene.blend() {
-                Blend::Iso { level } if looker.told == Told::FirstCrossing && seen.at.is_finite() => {
-                    (stack.near + (first.refined(level, seen.at, window.0, window.1) + 0.5) * stack.spacing, Some(level))
-                }
-                _ => (seen.at, seen.level),
-            };
-            let index = depth.is_finite().then(|| stack.index_at(window.0, window.1, depth));
-            for (&aov, numbers) in planes.iter().zip(&mut numbers) {
-                let at = (y as usize * width as usize + x as usize) * aov.channels();
-                match (aov, index) {
-                    (Aov::Alpha, _) => numbers[at] = 1.0 - seen.left,
-                    (_, None) => {}
-                    (Aov::Depth, _) => numbers[at] = depth as f32,
-                    (Aov::Value, Some(index)) => numbers[at] = level.unwrap_or_else(|| self.volume.sample(index)) as f32,
-                    (Aov::Normal, Some(index)) => {
-                        let normal = -unit(scene.gradient().at(&self.volume, index));
-                        numbers[at..at + 3].copy_from_slice(&normal.as_vec3().to_array());
+        let inside: Vec<&Seen> = looker.seen.iter().filter(|seen| seen.pixel.0 < width && seen.pixel.1 < height).collect();
+        let control = self.control();
+        for (n, some) in inside.chunks(AT_A_TIME).enumerate() {
+            let found: Vec<[f32; 6]> = some.par_iter().map(|seen| self.found(scene, &first, seen, planes)).collect();
+            for (seen, [depth, value, alpha, normal @ ..]) in some.iter().zip(found) {
+                let at = seen.pixel.1 as usize * width as usize + seen.pixel.0 as usize;
+                for (&aov, numbers) in planes.iter().zip(&mut numbers) {
+                    match aov {
+                        Aov::Depth => numbers[at] = depth,
+                        Aov::Value => numbers[at] = value,
+                        Aov::Alpha => numbers[at] = alpha,
+                        Aov::Normal => numbers[3 * at..3 * at + 3].copy_from_slice(&normal),
                     }
                 }
             }
+            if !control.step("planes", (n * AT_A_TIME + some.len()) as u64, inside.len() as u64) {
+                return Err(Error::Stopped);
+            }
         }
         Ok(planes.iter().zip(numbers).map(|(&aov, numbers)| Plane::new(aov, width, height, numbers)).collect())
+    }
+
+    /// Depth, value, opacity and normal where the ray of `seen` ends up, as far as `planes` ask for them.
+    fn found(&self, scene: &Scene, first: &Surface<'_>, seen: &Seen, planes: &[Aov]) -> [f32; 6] {
+        let stack = first.stack;
+        let window = (f64::from(seen.pixel.0) + 0.5, f64::from(seen.pixel.1) + 0.5);
+        let (depth, level) = match scene.blend() {
+            // Levels of one colour have been refined on their way.
+            Blend::Iso { level } if seen.level.is_none() && seen.at.is_finite() => {
+                (stack.near + (first.refined(level, seen.at, window.0, window.1) + 0.5) * stack.spacing, Some(level))
+            }
+            _ => (seen.at, seen.level),
+        };
+        let alpha = 1.0 - seen.left;
+        if !depth.is_finite() {
+            return [f32::INFINITY, f32::NAN, alpha, 0.0, 0.0, 0.0];
+        }
+        let index = stack.index_at(window.0, window.1, depth);
+        let value = if planes.contains(&Aov::Value) { level.unwrap_or_else(|| self.volume.sample(index)) } else { f64::NAN };
+        let normal = if planes.contains(&Aov::Normal) { -unit(scene.gradient().at(&self.volume, index)) } else { DVec3::ZERO };
+        let [x, y, z] = normal.as_vec3().to_array();
+        [depth as f32, value as f32, alpha, x, y, z]
     }
 }
 

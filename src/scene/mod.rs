@@ -7,6 +7,7 @@ mod colormap;
 #[cfg(feature = "scene-file")]
 mod file;
 mod fog;
+mod framing;
 mod lighting;
 mod linear_light;
 mod method;
@@ -29,8 +30,11 @@ pub use clip::{ClipPlane, MAX_CLIP_PLANES};
 pub use color::{Premultiplied, Straight};
 pub use colormap::ColorMap;
 #[cfg(feature = "scene-file")]
-pub use file::{FoundTransfer, Key, KeyKind, Overrides, SceneFile, TransferFile, keys, schema, transfer_sections, write_transfer};
+pub use file::{
+    FoundTransfer, Key, KeyKind, Overrides, ResolvedScene, SceneFile, TransferFile, keys, schema, transfer_sections, write_transfer,
+};
 pub use fog::{Fog, FogDistance, FogMode, FogWeighting};
+pub use framing::{SceneDepths, Visible};
 pub use lighting::{Gradient, Light, LightSource, Lighting, MAX_LIGHTS, Shading};
 pub use method::{Accumulation, Classification, Ends, Filter, Method, SampleAt, SlabForm, Target};
 pub use opengl::{

@@ -276,7 +276,7 @@ impl OptionalStage {
             Self::GradientOpacity => StageOption {
                 key: "transfer gradient_opacity",
                 wanted: |scene| !scene.transfer().gradient_opacity().is_empty() && scene.transfer2d().is_none(),
-                absent: "the transfer function depends on the value alone",
+                absent: "the transfer function has no factor by gradient",
                 projections: InProjections::Refused("values are projected, opacities are not"),
                 merging: Fits::No("gradients change from slab to slab where values do not"),
                 pairs: Fits::No("a slab between two values has no gradient of its own; choose post"),
@@ -287,7 +287,7 @@ impl OptionalStage {
             Self::Transfer2d => StageOption {
                 key: "transfer2d",
                 wanted: |scene| scene.transfer2d().is_some(),
-                absent: "the transfer function depends on the value alone",
+                absent: "the transfer function is none of value and gradient",
                 projections: InProjections::Refused("values are projected, and colours are not looked up by gradient"),
                 merging: Fits::No("gradients change from slab to slab where values do not"),
                 pairs: Fits::No("a slab between two values has no gradient of its own; choose post"),

@@ -331,7 +331,7 @@ impl Transfer2d {
             }
         }
         // Within the data, wider by what a table over it may round.
-        let slack = ((max - min) / 2048.0).max(f64::MIN_POSITIVE);
+        let slack = ((max - min) / 2048.0).max(1e-6 * min.abs().max(max.abs())).max(f64::MIN_POSITIVE);
         let mut points: Vec<(f64, f64)> = Vec::new();
         shown.sort_by(|a, b| a[0].total_cmp(&b[0]));
         let mut open: Option<[f64; 2]> = None;

@@ -1,9 +1,9 @@
 //! The section `[camera]`: where the eye is and how it projects.
 
 use super::section::{Context, Given, Rivals, choices};
-use crate::scene::{Camera, Placement, Projection};
+use crate::scene::{Camera, Placement, Projection, Scene};
 use crate::volume::Grid;
-use crate::{Error, Result};
+use crate::{Error, Result, Volume};
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -25,8 +25,11 @@ pub(super) struct CameraKeys {
     pub elevation: Option<f64>,
     /// Orbit form: degrees the camera turns clockwise about its line of sight.
     pub roll: Option<f64>,
-    /// Orbit form: 1 fits the box's bounding sphere into the picture; 1.2 unless given.
+    /// Orbit form: 2 shows things twice as large as they fit; 1 unless given.
     pub zoom: Option<f64>,
+    /// Orbit form: what fits into the picture at zoom 1: what the transfer function shows, through the clip planes (visible, the default), or the
+    /// box's bounding sphere, about whose centre the camera turns then (box; its zoom is 1.2 unless given, or as much as shows all of a long box).
+    pub fit: Option<FitKey>,
     /// Orthographic: world height of the view; fitted to the box unless given.
     pub height: Option<f64>,
     /// Perspective: full vertical angle of the view in degrees; 30 unless given.
@@ -39,8 +42,12 @@ choices! {
     ProjectionKey { Orthographic, Perspective }
 }
 
+choices! {
+    FitKey { Visible, Box }
+}
+
 pub(super) const RIVALS: &[Rivals] = &[
-    (&["camera.eye"], &["camera.azimuth", "camera.elevation", "camera.roll", "camera.zoom"]),
+    (&["camera.eye"], &["camera.azimuth", "camera.elevation", "camera.roll", "camera.zoom", "camera.fit"]),
     (&["camera.azimuth", "camera.elevation"], &["camera.eye", "camera.target", "camera.up"]),
     (&["camera.height"], &["camera.fov_y"]),
     (&["camera.fov_y"], &["camera.height"]),
@@ -54,6 +61,15 @@ impl CameraKeys {
             (Some(_), Some(_), Some(_)) | (None, ..) => self.camera(cx, &Grid::with_spacing([1; 3], [1.0; 3])?, (64, 64)),
             _ => self.projection(cx).map(|_| Camera::default()),
         }
+    }
+
+    /// `scene` with the camera for its volume.
+    pub(super) fn apply(&self, cx: &Context<'_>, scene: Scene, volume: &Volume) -> Result<Scene> {
+        let camera = self.camera(cx, volume.grid(), scene.size())?;
+        let scene = scene.with_camera(camera);
+        // The near plane is told in depths of the camera about the box.
+        let visible = self.eye.is_none() && self.fit != Some(FitKey::Box) && self.near.is_none();
+        Ok(if visible { scene.framed(volume, self.zoom.unwrap_or(1.0)) } else { scene })
     }
 
     /// The camera for the box of `grid` and a picture of so many columns and rows.
@@ -105,13 +121,14 @@ impl CameraKeys {
                 zoom: self.zoom.unwrap_or(zoom),
             });
         };
-        let orbit: [Given; 4] = [
+        let orbit: [Given; 5] = [
+            ("camera.fit", self.fit.is_some()),
             ("camera.azimuth", self.azimuth.is_some()),
             ("camera.elevation", self.elevation.is_some()),
             ("camera.roll", self.roll.is_some()),
             ("camera.zoom", self.zoom.is_some()),
         ];
-        cx.refuse(&orbit, "mixes the orbit form (azimuth, elevation, roll, zoom) with the look-at form (eye, target, up)")?;
+        cx.refuse(&orbit, "mixes the orbit form (azimuth, elevation, roll, zoom, fit) with the look-at form (eye, target, up)")?;
         let eye = DVec3::from_array(eye);
         let target = self.target.map_or(grid.center(), DVec3::from_array);
         let (front, up) = grid.space().front_and_up();

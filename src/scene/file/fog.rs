@@ -1,6 +1,6 @@
 //! The section `[fog]`: OpenGL's fog.
 
-use super::section::{Context, Given, choices};
+use super::section::{Context, Data, Given, choices};
 use crate::Result;
 use crate::scene::{Fog, FogDistance, FogMode, FogWeighting, Scene};
 use schemars::JsonSchema;
@@ -11,11 +11,11 @@ use serde::Deserialize;
 pub(super) struct FogKeys {
     /// How the fog factor falls with distance; none unless given.
     pub mode: Option<FogModeKey>,
-    /// exp and exp2: density per world unit; 1 unless given.
+    /// exp and exp2: density per world unit. Unless given a third of the colour is left where what shows ends (1 in the profile opengl).
     pub density: Option<f64>,
-    /// linear: distance at which fog begins; 0 unless given.
+    /// linear: distance at which fog begins: where what shows begins, unless given (0 in the profile opengl).
     pub start: Option<f64>,
-    /// linear: distance at which only fog is left; 1 unless given.
+    /// linear: distance at which only fog is left; half as far again behind what shows as that is deep, unless given (1 in the profile opengl).
     pub end: Option<f64>,
     /// Red, green, blue of the fog, each 0 to 1; black unless given.
     pub color: Option<[f64; 3]>,
@@ -34,11 +34,43 @@ choices! {
     FogWeightingKey => FogWeighting { Alpha, Literal }
 }
 
+/// Share of the colour below which fog counts as hiding a thing.
+const HIDDEN: f64 = 0.05;
+
 impl FogKeys {
     /// `scene` in the fog, if there is one. The section `[opengl]` has been applied before, because it sets another weighting.
     pub(super) fn apply(&self, cx: &Context<'_>, scene: Scene) -> Result<Scene> {
         let fog = self.fog(cx, scene.opengl().is_some())?;
         Ok(scene.with_fogged_background(self.background == Some(true)).with_fog(fog))
+    }
+
+    /// Fog that reaches from where what shows begins to where it ends, for what the section leaves open; and a warning where hardly any colour is left.
+    pub(super) fn finish(&self, data: &mut Data<'_>) -> Result<()> {
+        let Some(fog) = data.scene.fog().copied() else { return Ok(()) };
+        let Some(depths) = data.scene.depths(data.volume) else { return Ok(()) };
+        let [front, back] = depths.visible.unwrap_or(depths.whole);
+        // exp(-thick) is what is left at the back: a third.
+        let thick = libm::log(3.0);
+        let mode = match fog.mode() {
+            _ if data.scene.opengl().is_some() => fog.mode(),
+            FogMode::Exp { .. } if self.density.is_none() => FogMode::Exp { density: thick / back },
+            FogMode::Exp2 { .. } if self.density.is_none() => FogMode::Exp2 { density: libm::sqrt(thick) / back },
+            FogMode::Linear { start, end } => {
+                let start = if self.start.is_some() { start } else { front };
+                FogMode::Linear { start, end: if self.end.is_some() { end } else { back + 0.5 * (back - front) } }
+            }
+            mode => mode,
+        };
+        let fog = Fog::new(mode, fog.color())?.with_distance(fog.distance()).with_weighting(fog.weighting());
+        data.scene = data.scene.clone().with_fog(Some(fog));
+        let left = fog.factor(front);
+        if left < HIDDEN && data.scene.opengl().is_none() {
+            data.warnings.push(format!(
+                "fog hides the volume: what shows begins {front:.5} world units from the eye, where {:.1} % of the colour is left",
+                100.0 * left
+            ));
+        }
+        Ok(())
     }
 
     fn fog(&self, cx: &Context<'_>, opengl: bool) -> Result<Option<Fog>> {

@@ -10,6 +10,10 @@ use serde::Deserialize;
 #[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct LightKeys {
+    /// Whether the section stands in the scene, be it empty.
+    #[serde(skip)]
+    #[schemars(skip)]
+    pub present: bool,
     /// What light does: Blinn and Phong's formula (blinn-phong, the default), darker with depth (depth), or nothing (none: presets come lit, and level surfaces are lit from the eye).
     pub model: Option<ModelKey>,
     /// Share of the colour that needs no light; 0.25 unless given.
@@ -63,6 +67,11 @@ choices! {
     GradientKey => Gradient { Central, Analytic, Sobel }
 }
 
+/// The section as it stands in a scene.
+pub(super) fn section<'de, D: serde::Deserializer<'de>>(from: D) -> std::result::Result<LightKeys, D::Error> {
+    LightKeys::deserialize(from).map(|keys| LightKeys { present: true, ..keys })
+}
+
 fn direction_schema(_: &mut SchemaGenerator) -> Schema {
     json_schema!({ "type": ["string", "array", "null"], "items": { "type": "number" } })
 }
@@ -103,10 +112,15 @@ fn numbers(text: &str) -> Option<[f64; 3]> {
 }
 
 impl LightKeys {
-    /// Whether the section asks for light.
+    /// Whether the section asks for light. Its kind of gradient alone does not: opacity may depend on gradients too.
     fn given(&self) -> bool {
-        let gradient = Self { gradient: self.gradient, ..Self::default() };
-        self.model != Some(ModelKey::None) && *self != gradient
+        let gradient = Self { gradient: self.gradient, present: self.present, ..Self::default() };
+        self.model != Some(ModelKey::None) && (*self != gradient || (self.present && self.gradient.is_none()))
+    }
+
+    /// Whether light is turned off.
+    pub(super) fn is_off(&self) -> bool {
+        self.model == Some(ModelKey::None)
     }
 
     /// `scene` in the light that the sections describe: changes to `ready`, the light of a preset, where there is one.

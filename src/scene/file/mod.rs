@@ -15,6 +15,7 @@ mod fog;
 mod image;
 mod light;
 mod opengl;
+mod projected;
 mod render;
 mod schema;
 mod section;
@@ -61,6 +62,7 @@ struct Document {
     /// OpenGL's fog.
     fog: fog::FogKeys,
     /// Light on the volume: a material, and one light.
+    #[serde(deserialize_with = "light::section")]
     light: light::LightKeys,
     /// Up to four lights in the place of that of the section light.
     lights: Vec<light::LightsKeys>,
@@ -133,25 +135,42 @@ impl SceneFile {
         &self.source
     }
 
-    /// The scene for its volume, and what the user should hear about it, one line each.
+    /// The scene for its volume, and warnings, one line each: [`SceneFile::resolve`] without its notes.
+    ///
+    /// # Errors
+    /// As [`SceneFile::resolve`].
+    pub fn to_scene(&self, volume: &Volume) -> Result<(Scene, Vec<String>)> {
+        self.resolve(volume).map(|found| (found.scene, found.warnings))
+    }
+
+    /// The scene for its volume, with everything decided that the file leaves open: what a camera fits into the picture, a transfer function, how many
+    /// slices, how dense a fog.
     ///
     /// # Errors
     /// [`Error::Invalid`] or [`Error::Format`] where what depends on the data cannot be: a look-at camera that stands on the
     /// box's centre, a preset over a range that overflows.
-    pub fn to_scene(&self, volume: &Volume) -> Result<(Scene, Vec<String>)> {
+    pub fn resolve(&self, volume: &Volume) -> Result<ResolvedScene> {
         let d = &self.document;
         let cx = Context { document: d, places: &self.places, base: &self.base };
-        let mut data = Data { volume, scene: self.partial.clone(), warnings: Vec::new() };
+        let mut data = Data { volume, scene: self.partial.clone(), warnings: Vec::new(), notes: Vec::new() };
         // A function of value and gradient stands in the place of a preset, and comes without its light.
         let ready = d.transfer.finish(&cx, &mut data)?.filter(|_| !d.transfer2d.given());
-        data.scene = data.scene.with_camera(d.camera.camera(&cx, volume.grid(), self.partial.size())?);
         d.render.finish(&mut data)?;
+        data.scene = d.camera.apply(&cx, data.scene, volume)?;
         if ready.is_some() {
             data.scene = d.light.apply(&d.lights, ready, &cx, data.scene)?;
+            if data.scene.lighting().is_none()
+                && !d.light.is_off()
+                && !matches!(data.scene.blend(), Blend::Mip | Blend::Min | Blend::Average | Blend::Lmip { .. })
+            {
+                data.warnings
+                    .push("the preset's light is left out: it does not go together with the scene's way to blend slices".to_owned());
+            }
         }
         data.scene.check().map_err(|e| cx.places.locate(e))?;
-        d.slices.finish(&mut data);
-        let Data { scene, mut warnings, .. } = data;
+        d.slices.finish(&mut data)?;
+        d.fog.finish(&mut data)?;
+        let Data { scene, mut warnings, notes, .. } = data;
         let (min, max) = volume.range();
         if min == max && volume.statistics().non_finite == 0 {
             warnings.push(format!("every voxel is {min}: the picture shows the box and nothing in it"));
@@ -159,8 +178,20 @@ impl SceneFile {
         if matches!(scene.blend(), Blend::Over | Blend::Add) && scene.transfer2d().is_none() && !scene.transfer().opaque_within(min, max) {
             warnings.push(format!("the picture is empty: the transfer function is transparent from {min} to {max}, all the data has"));
         }
-        Ok((scene, warnings))
+        Ok(ResolvedScene { scene, warnings, notes })
     }
+}
+
+/// A scene with everything decided: see [`SceneFile::resolve`].
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct ResolvedScene {
+    /// The scene.
+    pub scene: Scene,
+    /// What is likely not meant, one line each.
+    pub warnings: Vec<String>,
+    /// What was decided, and why, one line each.
+    pub notes: Vec<String>,
 }
 
 /// The text of the scene file at `path`, of `most` bytes at most.

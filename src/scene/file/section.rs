@@ -46,6 +46,8 @@ pub(super) struct Data<'a> {
     pub(super) volume: &'a Volume,
     pub(super) scene: Scene,
     pub(super) warnings: Vec<String>,
+    /// What was decided for the user, and why.
+    pub(super) notes: Vec<String>,
 }
 
 /// The words of keys that take one of several: an enumeration for each key, whose variants are the words in kebab case.

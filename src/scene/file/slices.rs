@@ -2,14 +2,21 @@
 
 use super::section::{Context, Data, Given, Rivals, choices};
 use crate::Result;
-use crate::scene::{Accumulation, Ends, Method, Order, SampleAt, Scene, SlabForm, Slicing};
+use crate::scene::{Accumulation, Blend, Ends, Method, Order, SampleAt, Scene, SlabForm, Slicing};
 use schemars::JsonSchema;
 use serde::Deserialize;
+
+/// Error of colours that is asked for unless the scene says otherwise: one of 256 levels. Rings are gone by then.
+const USUAL_TOLERANCE: f64 = 0.004;
+
+/// Most slices that a spacing of half a voxel comes to.
+const MOST_USUAL: f64 = 4096.0;
 
 #[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct SliceKeys {
-    /// Number of slices through the box's depth; 256 unless given.
+    /// Number of slices through the box's depth. Unless count, spacing or tolerance is given: a tolerance of 0.004, one of 256 levels, where colours are
+    /// blended; a spacing of half a voxel for projections and surfaces; 256 in the profile opengl.
     pub count: Option<u64>,
     /// Distance of slices, world units, instead of their number.
     pub spacing: Option<f64>,
@@ -82,11 +89,26 @@ impl SliceKeys {
         method
     }
 
-    /// Tells of a key that a tolerance overrules.
-    pub(super) fn finish(&self, data: &mut Data<'_>) {
+    /// Slices that leave no rings, where none are asked for; tells of a key that a tolerance overrules.
+    pub(super) fn finish(&self, data: &mut Data<'_>) -> Result<()> {
+        let open = self.count.is_none() && self.spacing.is_none() && self.tolerance.is_none();
+        if open && data.scene.opengl().is_none() {
+            let scene = data.scene.clone();
+            let tolerant =
+                matches!(scene.blend(), Blend::Over | Blend::Add).then(|| scene.clone().with_slices(Slicing::Tolerance(USUAL_TOLERANCE)));
+            data.scene = match tolerant {
+                Some(Ok(scene)) => scene,
+                _ => {
+                    let grid = data.volume.grid();
+                    let spacing = (0.5 * grid.smallest_spacing()).max(2.0 * grid.radius() / MOST_USUAL);
+                    scene.with_slices(Slicing::Spacing(spacing))?
+                }
+            };
+        }
         if self.merge == Some(false) && self.tolerance.is_some() {
             data.warnings.push("slices.merge = false is not heeded: to a tolerance slabs are merged where that will do".to_owned());
         }
+        Ok(())
     }
 
     /// Keys that say nothing to the profile opengl.

@@ -1,11 +1,12 @@
 //! The section `[transfer]`: from values to colour and opacity.
 
 use super::Place;
+use super::projected;
 use super::schema::names;
 use super::section::{Context, Data, Given, Rivals, choices};
 use super::transfer_file::{FoundTransfer, TransferFile};
-use crate::scene::preset::{Landmarks, Preset, looks_hounsfield_plus_1024};
-use crate::scene::{Classification, ColorMap, Lighting, Method, TransferFunction};
+use crate::scene::preset::{Guess, Landmarks, Preset};
+use crate::scene::{Blend, Classification, ColorMap, Lighting, Method, TransferFunction};
 use crate::{Error, Result, Volume};
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::Deserialize;
@@ -126,10 +127,49 @@ impl TransferKeys {
 
     /// The scene through the transfer function for its volume; and the light of that, where it comes lit.
     pub(super) fn finish(&self, cx: &Context<'_>, data: &mut Data<'_>) -> Result<Option<Lighting>> {
+        if let Some((transfer, lighting)) = self.projected(cx, data)? {
+            data.scene = data.scene.clone().with_transfer(self.with_rest(transfer).map_err(|e| cx.places.locate(e))?);
+            return Ok(lighting);
+        }
+        if let Some(guess) = self.guess(cx, data.volume) {
+            data.notes.push(format!("transfer function {}: {} (--preset NAME: another)", guess.preset.name(), guess.reason));
+        }
         let FoundTransfer { transfer, lighting, warnings } = self.found(cx, Some(data.volume))?;
         data.warnings.extend(warnings);
         data.scene = data.scene.clone().with_transfer(transfer);
         Ok(lighting)
+    }
+
+    /// Whether the section says nothing about what values look like, and the volume is none that comes with its own transfer function.
+    fn is_open(&self, cx: &Context<'_>) -> bool {
+        let given =
+            self.given().iter().any(|(key, given)| *given && !matches!(*key, "transfer.gradient_opacity" | "transfer.opacity_unit"));
+        !given && cx.document.volume.unscaled_phantom().is_none()
+    }
+
+    /// What the volume is taken for, where that decides.
+    fn guess(&self, cx: &Context<'_>, volume: &Volume) -> Option<Guess> {
+        (self.is_open(cx) && !cx.document.transfer2d.given()).then(|| Guess::of(volume))
+    }
+
+    /// What a projection or a surface looks like, where the section leaves it open; and its light.
+    fn projected(&self, cx: &Context<'_>, data: &mut Data<'_>) -> Result<Option<(TransferFunction, Option<Lighting>)>> {
+        let blend = data.scene.blend();
+        if !self.is_open(cx) || matches!(blend, Blend::Over | Blend::Add) {
+            return Ok(None);
+        }
+        if matches!(blend, Blend::Iso { .. } | Blend::Surfaces) {
+            let (transfer, lighting) = projected::surface()?;
+            return Ok(Some((transfer, Some(lighting))));
+        }
+        let (grid, (width, height)) = (data.volume.grid(), data.scene.size());
+        let view = cx.document.camera.camera(cx, grid, (width, height))?.resolve(grid, width, height)?;
+        let found = projected::window(data.volume, &view, blend)?;
+        if let Some((_, [low, high])) = &found {
+            data.notes
+                .push(format!("window {low:.6} to {high:.6}: what this projection shows (transfer.colormap with transfer.range: another)"));
+        }
+        Ok(found.map(|(transfer, _)| (transfer, None)))
     }
 
     /// The transfer function and its light, for `volume` where they need one.
@@ -275,10 +315,8 @@ impl TransferKeys {
             return Ok((phantom.default_transfer(size), None));
         }
         let volume = needed()?;
-        if looks_hounsfield_plus_1024(volume.statistics()) {
-            warnings.push("the values look like HU + 1024: set volume.intercept = -1024 to use the ct presets".into());
-        }
-        let preset = Preset::suggest(volume).first().copied().unwrap_or(Preset::GreyRamp);
-        Ok((preset.transfer(volume)?, preset.lighting(volume)))
+        let guess = Guess::of(volume);
+        warnings.extend(guess.advice);
+        Ok((guess.preset.transfer(volume)?, guess.preset.lighting(volume)))
     }
 }

@@ -3,15 +3,17 @@
 //! CT presets stand at fixed Hounsfield units (air -1000, fat about -100, water 0, soft tissue 20 to 80, contrast-filled vessels
 //! 150 to 400, bone from 250 up) with opacities per millimetre. The others are laid over the volume's own values: see [`Landmarks`].
 
+mod guess;
 mod landmarks;
 mod points;
 #[cfg(test)]
 mod tests;
 
+pub use guess::{Guess, Kind};
 pub use landmarks::Landmarks;
 
 use super::{ColorMap, Lighting, TransferFunction};
-use crate::volume::{Modality, Space, Statistics};
+use crate::volume::Modality;
 use crate::{Result, Volume};
 use points::{Points, Scale};
 
@@ -258,15 +260,20 @@ impl Preset {
     /// # Errors
     /// One line that says why it does not.
     pub fn suits(self, volume: &Volume) -> Result<(), String> {
+        self.suits_values(volume, Kind::of(volume))
+    }
+
+    /// As [`Preset::suits`], for values of such a kind.
+    fn suits_values(self, volume: &Volume, kind: Kind) -> Result<(), String> {
         let s = volume.statistics();
         let (name, range) = (self.name(), format!("this volume's values run from {} to {}", s.min, s.max));
         if s.histogram.iter().all(|&c| c == 0) {
             return Err(format!("{name}: this volume holds no finite value"));
         }
         if self.is_mr() {
-            return match volume.modality() {
-                Modality::Ct => Err(format!("{name} is for MR: this volume is CT")),
-                Modality::Unknown if looks_hounsfield(s) => Err(format!("{name} is for MR: {range}, which looks like CT")),
+            return match (volume.modality(), kind) {
+                (Modality::Ct, _) => Err(format!("{name} is for MR: this volume is CT")),
+                (_, Kind::Hounsfield) => Err(format!("{name} is for MR: {range}, which looks like CT")),
                 _ => Ok(()),
             };
         }
@@ -281,9 +288,7 @@ impl Preset {
         if volume.modality() == Modality::Mr {
             return Err(format!("{name} is for CT: this volume is MR"));
         }
-        if looks_hounsfield_plus_1024(s) {
-            return Err(format!("{name} needs Hounsfield units: {range}, which looks like HU + 1024: set volume.intercept = -1024"));
-        }
+        kind.admits_ct(name, &range)?;
         let (needed, there) = match self {
             Self::CtBone | Self::CtSkinBone | Self::CtBones => ("values above 300", s.max > 300.0),
             Self::CtAngio | Self::CtAaa | Self::CtCardiac | Self::CtChestContrast | Self::CtCoronary | Self::CtLiverVessels => {
@@ -293,81 +298,59 @@ impl Preset {
             Self::CtFat => ("values around -100", s.min < -100.0 && s.max > -100.0),
             _ => ("values around 50", s.min < 50.0 && s.max > 50.0),
         };
-        // Air is what tells Hounsfield units from any other scale, unless somebody vouches for them.
-        let vouched = volume.modality() == Modality::Ct;
-        if !there || !(vouched || s.min < -150.0) || s.max > 40000.0 {
-            return Err(format!("{name} needs Hounsfield units with {needed}: {range}"));
-        }
-        Ok(())
+        if there { Ok(()) } else { Err(format!("{name} needs Hounsfield units with {needed}: {range}")) }
     }
 
     /// The presets that suit `volume`, the best guess first. Never empty unless no voxel is finite.
     pub fn suggest(volume: &Volume) -> Vec<Self> {
-        let s = volume.statistics();
-        let ct = [
-            Self::CtBone,
-            Self::CtSkinBone,
-            Self::CtSoftTissue,
-            Self::CtAngio,
-            Self::CtLung,
-            Self::CtBones,
-            Self::CtMuscle,
-            Self::CtFat,
-            Self::CtPulmonary,
-            Self::CtAir,
-            Self::CtChestContrast,
-            Self::CtCardiac,
-            Self::CtCoronary,
-            Self::CtAaa,
-            Self::CtLiverVessels,
-            Self::CtMip,
-            Self::XRay,
-            Self::GreyRamp,
+        Self::ordered(volume, Kind::of(volume)).collect()
+    }
+
+    /// The presets that suit `volume` with values of such a kind, the best first.
+    fn ordered(volume: &Volume, kind: Kind) -> impl Iterator<Item = Self> {
+        const CT: &[Preset] = &[
+            Preset::CtBone,
+            Preset::CtSkinBone,
+            Preset::CtSoftTissue,
+            Preset::CtAngio,
+            Preset::CtLung,
+            Preset::CtBones,
+            Preset::CtMuscle,
+            Preset::CtFat,
+            Preset::CtPulmonary,
+            Preset::CtAir,
+            Preset::CtChestContrast,
+            Preset::CtCardiac,
+            Preset::CtCoronary,
+            Preset::CtAaa,
+            Preset::CtLiverVessels,
+            Preset::CtMip,
+            Preset::XRay,
+            Preset::GreyRamp,
         ];
-        let mr = [Self::MrBrain, Self::MrAngio, Self::MrDefault, Self::MrT2Brain, Self::MrMip, Self::GreyRamp, Self::XRay];
-        let any = [Self::HotRamp, Self::GreyRamp, Self::ViridisRamp, Self::MrBrain, Self::XRay, Self::DtiFa];
-        let body = [
-            Self::MrBrain,
-            Self::MrAngio,
-            Self::MrDefault,
-            Self::MrT2Brain,
-            Self::MrMip,
-            Self::HotRamp,
-            Self::GreyRamp,
-            Self::ViridisRamp,
-            Self::XRay,
-            Self::DtiFa,
+        const MR: &[Preset] =
+            &[Preset::MrBrain, Preset::MrAngio, Preset::MrDefault, Preset::MrT2Brain, Preset::MrMip, Preset::GreyRamp, Preset::XRay];
+        const ANY: &[Preset] = &[Preset::HotRamp, Preset::GreyRamp, Preset::ViridisRamp, Preset::MrBrain, Preset::XRay, Preset::DtiFa];
+        // Axes or values that look like a body's are no proof.
+        const BODY: &[Preset] = &[
+            Preset::MrBrain,
+            Preset::MrAngio,
+            Preset::MrDefault,
+            Preset::MrT2Brain,
+            Preset::MrMip,
+            Preset::HotRamp,
+            Preset::GreyRamp,
+            Preset::ViridisRamp,
+            Preset::XRay,
+            Preset::DtiFa,
         ];
-        let order: &[Self] = match volume.modality() {
-            Modality::Ct => &ct,
-            Modality::Mr => &mr,
-            Modality::Unknown if looks_hounsfield(s) => &ct,
-            // Axes that are named after a body: medical more often than not.
-            Modality::Unknown if volume.grid().space() != Space::Unknown => &body,
-            Modality::Unknown => &any,
+        let order = match (kind, volume.modality()) {
+            (Kind::Hounsfield, _) => CT,
+            (Kind::Mr, Modality::Mr) => MR,
+            (Kind::Mr, _) => BODY,
+            _ => ANY,
         };
         // CT that is not in Hounsfield units leaves only what goes with any data.
-        order.iter().copied().filter(|p| p.suits(volume).is_ok()).collect()
+        order.iter().copied().filter(move |p| p.suits_values(volume, kind).is_ok())
     }
-}
-
-/// Whether the values span what Hounsfield units do: air below -500 and tissue or bone above 100, nothing absurd.
-pub fn looks_hounsfield(s: &Statistics) -> bool {
-    s.min <= -500.0 && s.min >= -5000.0 && s.max >= 100.0 && s.max <= 40000.0
-}
-
-/// Whether the values look like Hounsfield units stored with 1024 added: nothing below 0, a crowd around 1024 + 40 (soft
-/// tissue) and few between it and air.
-pub fn looks_hounsfield_plus_1024(s: &Statistics) -> bool {
-    let total: u64 = s.histogram.iter().sum();
-    let width = (s.max - s.min) / s.histogram.len() as f64;
-    let share = |lo: f64, hi: f64| -> f64 {
-        let inside = s.histogram.iter().enumerate().filter(|(i, _)| {
-            let v = s.min + (*i as f64 + 0.5) * width;
-            v >= lo && v < hi
-        });
-        inside.map(|(_, &c)| c).sum::<u64>() as f64 / total.max(1) as f64
-    };
-    let tissue = share(924.0, 1174.0);
-    s.min >= -100.0 && (1500.0..=40000.0).contains(&s.max) && tissue > 0.05 && tissue > 2.0 * share(400.0, 800.0)
 }

@@ -1,0 +1,277 @@
+//! Framing: a camera that shows what the scene shows of its volume, as large as the picture allows.
+//!
+//! ```text
+//!   +-----------------+        bricks of the volume in which something shows, through the clip planes, bound the view;
+//!   |   . . # # .     |        the camera keeps its direction and moves sideways and nearer until they fill the picture
+//!   |   . # # # # .   |
+//!   +-----------------+
+//! ```
+//! With r, u and f the unit vectors to the picture's right, to its top and into it, the parallel view needs the extents of p.r and p.u over all corners p of
+//! those bricks. In perspective, with t the tangent of half the angle across the picture, a point is inside on the left and right where
+//! |(p - e).r| <= t (p - e).f, so with a = max(p.r - t p.f) and b = max(-p.r - t p.f) the nearest eye has e.f = -(a + b) / 2t and e.r = (a - b) / 2;
+//! likewise upwards; the eye is the farther of both.
+
+use super::{Blend, Camera, ClipPlane, LevelSurface, Placement, Projection, Scene, TransferFunction};
+use crate::Volume;
+use crate::volume::Grid;
+use crate::volume::bricks::{BRICK, Bricks};
+use glam::DVec3;
+
+/// Share of the picture's width or height that is filled.
+const FILLED: f64 = 0.94;
+
+/// Opacity of a brick's length from which on it counts as seen.
+const SEEN: f64 = 0.02;
+
+/// A brick with fewer bricks around it that show something counts as noise.
+const COMPANY: usize = 3;
+
+/// Brightness of a projected value, over black, from which on it counts as seen.
+const BRIGHT: f64 = 0.1;
+
+/// What of a volume a scene shows: bricks of 4 x 4 x 4 cells, in world space.
+#[derive(Debug, Clone)]
+pub struct Visible {
+    /// Middles of the bricks.
+    centers: Vec<DVec3>,
+    /// Half a brick along each voxel axis.
+    half: [DVec3; 3],
+}
+
+impl Visible {
+    /// The bricks of `volume` in which `scene` shows something; `None` where it shows nothing, or everything counts the same (minima), or there is no
+    /// volume of values.
+    pub fn of(scene: &Scene, volume: &Volume) -> Option<Self> {
+        if volume.colors().is_some() {
+            return None;
+        }
+        let bricks = volume.bricks();
+        let shows = Shown::of(scene, volume, bricks)?;
+        let found = Self::bricks(scene.clip_planes(), volume, bricks, &shows);
+        (!found.centers.is_empty()).then_some(found)
+    }
+
+    fn bricks(clip: &[ClipPlane], volume: &Volume, bricks: &Bricks, shows: &Shown) -> Self {
+        let grid = volume.grid();
+        let ([nx, ny, nz], to_world) = (bricks.dims, grid.index_to_world());
+        let side = BRICK as f64;
+        let half = [0, 1, 2].map(|axis: usize| to_world.matrix3.col(axis) * (0.5 * side.min(grid.dims()[axis] as f64)));
+        let (slope, intercept) = volume.rescale();
+        let seen: Vec<bool> = bricks
+            .ranges
+            .iter()
+            .map(|&(low, high)| {
+                let (a, b) = (slope * f64::from(low) + intercept, slope * f64::from(high) + intercept);
+                low <= high && shows.between(a.min(b), a.max(b))
+            })
+            .collect();
+        // Of volumes that are one brick thin nothing has much company.
+        let company = if nx.min(ny).min(nz) > 1 { COMPANY } else { 0 };
+        let around = |n: usize, most: usize| n.saturating_sub(1)..(n + 2).min(most);
+        let mut centers = Vec::new();
+        for z in 0..nz {
+            for y in 0..ny {
+                for x in (0..nx).filter(|x| seen[(z * ny + y) * nx + x]) {
+                    let count = around(z, nz).flat_map(|k| around(y, ny).map(move |j| (k * ny + j) * nx));
+                    let count: usize = count.map(|row| around(x, nx).filter(|i| seen[row + i]).count()).sum();
+                    let middle = [x, y, z].map(|n| (n as f64 + 0.5) * side);
+                    let last = grid.dims().map(|n| (n - 1) as f64 - 0.5 * side);
+                    let middle = DVec3::from_array(
+                        [0, 1, 2].map(|axis: usize| middle[axis].min(last[axis].max(0.5 * (grid.dims()[axis] - 1) as f64))),
+                    );
+                    let center = to_world.transform_point3(middle);
+                    let reach = |n: DVec3| half.iter().map(|h| h.dot(n).abs()).sum::<f64>();
+                    let kept = clip.iter().all(|plane| plane.distance(center) + reach(plane.normal()) > 0.0);
+                    if kept && count > company {
+                        centers.push(center);
+                    }
+                }
+            }
+        }
+        Self { centers, half }
+    }
+
+    /// The least and the greatest n . p over all points p of the bricks.
+    pub fn extent(&self, n: DVec3) -> [f64; 2] {
+        let reach: f64 = self.half.iter().map(|h| h.dot(n).abs()).sum();
+        let ends = self.centers.iter().map(|c| c.dot(n)).fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)]);
+        [ends[0] - reach, ends[1] + reach]
+    }
+
+    /// Number of bricks.
+    pub fn len(&self) -> usize {
+        self.centers.len()
+    }
+
+    /// Never true: a value of this type has bricks.
+    pub fn is_empty(&self) -> bool {
+        self.centers.is_empty()
+    }
+}
+
+/// For which values something shows.
+enum Shown {
+    /// Within one of these ranges.
+    Ranges(Vec<[f64; 2]>),
+    /// Between the ends of a piece, one of these lies.
+    Crossings(Vec<f64>),
+}
+
+impl Shown {
+    fn of(scene: &Scene, volume: &Volume, bricks: &Bricks) -> Option<Self> {
+        let grid = volume.grid();
+        let stored = bricks.range;
+        let (slope, intercept) = volume.rescale();
+        let (a, b) = (slope * stored.0 + intercept, slope * stored.1 + intercept);
+        let (min, max) = (a.min(b), a.max(b));
+        if !(min.is_finite() && max.is_finite()) {
+            return None;
+        }
+        match scene.blend() {
+            Blend::Over | Blend::Add => {
+                let by_value = match scene.transfer2d() {
+                    Some(transfer) => transfer.shown(min, max).ok()?,
+                    None => scene.transfer().clone(),
+                };
+                // 1 - (1 - a)^(length / unit) = SEEN, solved for a.
+                let slabs = BRICK as f64 * grid.smallest_spacing() / scene.opacity_length(grid);
+                let least = -libm::expm1(libm::log1p(-SEEN) / slabs);
+                Some(Self::Ranges(ranges_above(by_value.opacity(), least.clamp(f64::MIN_POSITIVE, 1.0), |a| a)))
+            }
+            Blend::Iso { level } => Some(Self::Ranges(vec![[level, f64::INFINITY]])),
+            Blend::Surfaces => {
+                Some(Self::Crossings(scene.levels().iter().filter(|l| l.opacity() > 0.0).map(LevelSurface::level).collect()))
+            }
+            Blend::Mip | Blend::Lmip { .. } | Blend::Average => Some(Self::Ranges(bright(scene.transfer(), min, max))),
+            // Anything may be the least.
+            Blend::Min => None,
+        }
+    }
+
+    fn between(&self, low: f64, high: f64) -> bool {
+        match self {
+            Self::Ranges(ranges) => ranges.iter().any(|[from, to]| low <= *to && high >= *from),
+            Self::Crossings(levels) => levels.iter().any(|&level| low <= level && level <= high),
+        }
+    }
+}
+
+/// Ranges of values in which `transfer` makes a projected value stand out from black.
+fn bright(transfer: &TransferFunction, min: f64, max: f64) -> Vec<[f64; 2]> {
+    let knots = transfer.knots().into_iter().filter(|v| (min..=max).contains(v));
+    let mut values: Vec<f64> = knots.chain([min, max]).collect();
+    values.sort_by(f64::total_cmp);
+    let points: Vec<(f64, f64)> = values
+        .into_iter()
+        .map(|v| {
+            let color = transfer.eval(v);
+            (v, color.alpha * color.rgb.into_iter().fold(0.0, f64::max))
+        })
+        .collect();
+    ranges_above(&points, BRIGHT, |x| x)
+}
+
+/// Where the function piecewise linear between `points`, constant beyond them, is at least `least`.
+fn ranges_above<C: Copy>(points: &[(f64, C)], least: f64, number: impl Fn(C) -> f64) -> Vec<[f64; 2]> {
+    let mut ranges = Vec::new();
+    let mut add = |from: f64, to: f64| ranges.push([from, to]);
+    if let (Some(&(first, a)), Some(&(last, b))) = (points.first(), points.last()) {
+        if number(a) >= least {
+            add(f64::NEG_INFINITY, first);
+        }
+        if number(b) >= least {
+            add(last, f64::INFINITY);
+        }
+    }
+    for pair in points.windows(2) {
+        let [(v0, a), (v1, b)] = [pair[0], pair[1]].map(|(v, c)| (v, number(c)));
+        let crossing = || v0 + (v1 - v0) * ((least - a) / (b - a));
+        match (a >= least, b >= least) {
+            (true, true) => add(v0, v1),
+            (true, false) => add(v0, crossing()),
+            (false, true) => add(crossing(), v1),
+            (false, false) => {}
+        }
+    }
+    ranges
+}
+
+impl Scene {
+    /// The scene with its camera moved, its direction kept, so that what shows of `volume` (see [`Visible`]) fills the picture but for a small margin;
+    /// `zoom` 1 leaves it at that, 2 shows it twice as large. A parallel camera whose height is given is moved sideways alone. Nothing changes for
+    /// cameras in the look-at form, and where nothing shows.
+    #[must_use]
+    pub fn framed(self, volume: &Volume, zoom: f64) -> Self {
+        let framed = Visible::of(&self, volume).and_then(|visible| self.camera_for(&visible, volume.grid(), zoom));
+        match framed {
+            Some(camera) => self.with_camera(camera),
+            None => self,
+        }
+    }
+
+    fn camera_for(&self, visible: &Visible, grid: &Grid, zoom: f64) -> Option<Camera> {
+        let camera = self.camera();
+        let Placement::Orbit { .. } = camera.placement() else { return None };
+        let (width, height) = self.size();
+        let view = camera.resolve(grid, width, height).ok()?;
+        let (right, up, forward) = (view.right, view.up, view.forward);
+        let middle = |[a, b]: [f64; 2]| 0.5 * (a + b);
+        let aspect = f64::from(width) / f64::from(height);
+        let (eye, target, projection) = match camera.projection() {
+            Projection::Orthographic { height: given } => {
+                let (x, y) = (visible.extent(right), visible.extent(up));
+                let fitted = f64::max(y[1] - y[0], (x[1] - x[0]) / aspect) / FILLED / zoom;
+                let height = given.map_or(fitted, |height| height / zoom);
+                let target = right * middle(x) + up * middle(y) + forward * middle(visible.extent(forward));
+                // Just before the box, of which nothing is cut off: depths, and fog with them, begin where the volume does.
+                let nearest = grid.corners().iter().map(|c| (*c - target).dot(forward)).fold(f64::INFINITY, f64::min);
+                (target + forward * (nearest - 1e-3 * grid.radius()), target, Projection::Orthographic { height: Some(height) })
+            }
+            Projection::Perspective { fov_y } => {
+                let tangent = libm::tan(fov_y.to_radians() * 0.5) * FILLED;
+                let side = |along: DVec3, t: f64| {
+                    let (a, b) = (visible.extent(along - forward * t)[1], visible.extent(-along - forward * t)[1]);
+                    (0.5 * (a - b), -0.5 * (a + b) / t)
+                };
+                let ((x, deep_x), (y, deep_y)) = (side(right, tangent * aspect), side(up, tangent));
+                let front = visible.extent(forward);
+                let target = right * x + up * y + forward * middle(front);
+                // Closer by the zoom; not into what shows.
+                let away = ((middle(front) - deep_x.min(deep_y)) / zoom).max(0.5 * (front[1] - front[0]) * 1.02);
+                (target - forward * away, target, Projection::Perspective { fov_y })
+            }
+        };
+        let framed = Camera::new(Placement::LookAt { eye, target, up }, projection).ok()?;
+        let framed = match camera.near() {
+            Some(near) => framed.with_near(near).ok()?,
+            None => framed,
+        };
+        framed.resolve(grid, width, height).ok().map(|_| framed)
+    }
+}
+
+impl Scene {
+    /// Depths from the eye, world units along the view direction, at which the box of `volume` begins and ends, and those at which what shows of it does
+    /// (see [`Visible`]); none below 0, where the eye is. `None` where the camera does not resolve, or nothing of the box is in front of it.
+    pub fn depths(&self, volume: &Volume) -> Option<SceneDepths> {
+        let (width, height) = self.size();
+        let view = self.camera().resolve(volume.grid(), width, height).ok()?;
+        let ahead = |[near, far]: [f64; 2]| (far > 0.0).then(|| [near.max(0.0), far]);
+        let corners = volume.grid().corners().map(|c| view.depth(c));
+        let whole = ahead(corners.into_iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], d| [a.min(d), b.max(d)]))?;
+        let eye = view.eye.dot(view.forward);
+        let seen = Visible::of(self, volume).and_then(|visible| ahead(visible.extent(view.forward).map(|d| d - eye)));
+        // Bricks at the border reach half a voxel beyond the box at most.
+        let visible = seen.map(|[near, far]| [near.max(whole[0]), far.min(whole[1])]);
+        Some(SceneDepths { whole, visible })
+    }
+}
+
+/// Depths at which things begin and end: see [`Scene::depths`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SceneDepths {
+    /// Of the box.
+    pub whole: [f64; 2],
+    /// Of what shows in it.
+    pub visible: Option<[f64; 2]>,
+}
