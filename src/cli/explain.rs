@@ -19,7 +19,7 @@ const FRAMES: u32 = 32;
 
 /// What `explain` takes.
 #[derive(Debug, clap::Args)]
-#[command(after_help = EXAMPLES, after_long_help = EXAMPLES)]
+#[command(after_help = EXAMPLES)]
 pub(super) struct ExplainArgs {
     /// Folder to write index.html into; made if it is not there.
     #[arg(short, long, value_name = "DIR", default_value = "slicestack-explain")]

@@ -1,11 +1,28 @@
 //! Every key of a scene file as a flag: `--camera.azimuth 30`.
 
 use super::Usage;
+use super::color::color;
 use clap::builder::PossibleValuesParser;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
 use slicestack::scene::{Key, KeyKind, Overrides, keys};
 
-const HEADING: &str = "Keys of the scene (each overrides the scene file)";
+const HEADING: &str =
+    "Keys of the scene (each overrides the scene file; `slicestack schema` tells more, `slicestack help opengl` those of OpenGL)";
+
+/// Keys that have shorter flags beside them, in the help's place.
+const SHORTER: [&str; 8] = [
+    "transfer.preset",
+    "image.width",
+    "image.height",
+    "image.background",
+    "slices.count",
+    "camera.azimuth",
+    "camera.elevation",
+    "camera.zoom",
+];
+
+/// Most words of a key that its line of help lists.
+const WORDS: usize = 8;
 
 const CLIP: &str = "NX,NY,NZ[,OFFSET]";
 const MATRIX: &str = "opengl.texture_matrix";
@@ -27,6 +44,7 @@ impl SceneFlags {
         for (path, values) in &self.0 {
             match values.as_slice() {
                 _ if *path == "clip" => overrides.set(*path, clip_list(values)?),
+                [.., last] if is_color(path) => overrides.set(*path, color_list(path, last)?),
                 [.., last] if *path == MATRIX => overrides.set(*path, matrix_rows(last)),
                 [.., last] => overrides.set(*path, last),
                 [] => {}
@@ -71,6 +89,24 @@ fn clip_list(values: &[String]) -> Result<String, Usage> {
     Ok(format!("[{}]", planes.join(", ")))
 }
 
+/// Whether the key is a single colour.
+fn is_color(path: &str) -> bool {
+    matches!(path, "image.background" | "fog.color" | "light.color")
+}
+
+/// A colour as the list that a scene file has: a name of CSS, #rgb, #rrggbb, or numbers from 0 to 1.
+pub(super) fn color_list(flag: &str, text: &str) -> Result<String, Usage> {
+    if text.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '[' | '-' | '.' | '+')) {
+        return Ok(text.to_owned());
+    }
+    let Some([r, g, b, a]) = color(text) else {
+        return Err(Usage(format!(
+            "--{flag} {text}: write a colour's name, #rgb, #rrggbb, or numbers from 0 to 1 with commas between them"
+        )));
+    };
+    Ok(if flag.ends_with("background") { format!("{r},{g},{b},{a}") } else { format!("{r},{g},{b}") })
+}
+
 /// Sixteen numbers, row by row, as the four rows that a scene file has; other text is taken as those rows themselves.
 fn matrix_rows(text: &str) -> String {
     let numbers: Vec<&str> = text.split(',').collect();
@@ -83,9 +119,10 @@ fn matrix_rows(text: &str) -> String {
 
 fn augment(command: Command, wanted: fn(&Key) -> bool) -> Command {
     keys().iter().filter(|k| wanted(k)).fold(command, |command, key| {
-        let arg = Arg::new(key.path.as_str()).long(key.path.as_str()).help(key.about.as_str()).help_heading(HEADING);
-        // `-h` stays short; `--help` shows them all. Numbers may be negative.
-        let arg = arg.hide_short_help(true).allow_hyphen_values(true).action(ArgAction::Append);
+        let arg = Arg::new(key.path.as_str()).long(key.path.as_str()).help(in_a_line(key)).help_heading(HEADING);
+        let arg = arg.hide_possible_values(true).hide(of_opengl(key) || SHORTER.contains(&key.path.as_str()));
+        // Numbers may be negative.
+        let arg = arg.allow_hyphen_values(true).action(ArgAction::Append);
         command.arg(match &key.kind {
             KeyKind::Text(words) if words.is_empty() => arg.value_name("TEXT"),
             KeyKind::Text(words) => arg.value_name("WORD").value_parser(PossibleValuesParser::new(words.iter().map(String::as_str))),
@@ -103,6 +140,28 @@ fn collect(matches: &ArgMatches, wanted: fn(&Key) -> bool) -> SceneFlags {
         Some((key.path.as_str(), values.cloned().collect()))
     });
     SceneFlags(given.collect())
+}
+
+/// What a key is for, as far as it goes into a line, and the words that it takes.
+fn in_a_line(key: &Key) -> String {
+    let first = key.about.split_inclusive(". ").next().unwrap_or(&key.about).trim_end_matches([' ', '.']);
+    match &key.kind {
+        KeyKind::Text(words) if !words.is_empty() && words.len() <= WORDS => format!("{first} [{}]", words.join(", ")),
+        _ => first.to_owned(),
+    }
+}
+
+/// The keys of the profile opengl, one a line.
+pub(super) fn opengl_keys() -> String {
+    let mut text = String::from("Keys of the profile opengl (render.profile = \"opengl\"), each a flag of the same name:\n");
+    for key in keys().iter().filter(|k| of_opengl(k)) {
+        text += &format!("  --{:32}{}\n", key.path, in_a_line(key));
+    }
+    text
+}
+
+fn of_opengl(key: &Key) -> bool {
+    key.path.starts_with("opengl.")
 }
 
 fn any(_: &Key) -> bool {

@@ -5,10 +5,12 @@ use super::flags::VolumeFlags;
 use super::output::{Sink, is_picture, print};
 use super::progress::{Bar, Phase, catch_signals, enter, rendered};
 use super::scene::{ReadingArgs, scene_of};
+use super::stats::depths_json;
 use anyhow::{Result, bail};
 use serde_json::{Value, json};
 use slicestack::Volume;
-use slicestack::scene::{Overrides, Preset};
+use slicestack::scene::preset::Guess;
+use slicestack::scene::{Overrides, Preset, SceneDepths};
 use slicestack::study::{Units, joint_histogram_png};
 use slicestack::volume::io::Format;
 use slicestack::volume::{JointHistogram, Modality, Space};
@@ -65,7 +67,9 @@ pub(super) fn run(args: &InfoArgs) -> Result<()> {
     if let Some(joint) = joint {
         joint.write(&volume)?;
     }
-    let text = if args.json { serde_json::to_string_pretty(&as_json(&volume))? + "\n" } else { as_text(&volume) };
+    // The scene's own view, or the usual one.
+    let depths = source.resolve(&volume).ok().and_then(|found| found.scene.depths(&volume));
+    let text = if args.json { serde_json::to_string_pretty(&as_json(&volume, depths))? + "\n" } else { as_text(&volume, depths) };
     print(text.as_bytes())
 }
 
@@ -139,11 +143,11 @@ fn verdicts(volume: &Volume) -> Vec<(Preset, Option<String>)> {
     suggested.iter().copied().chain(others).map(|p| (p, p.suits(volume).err())).collect()
 }
 
-fn as_json(volume: &Volume) -> Value {
+fn as_json(volume: &Volume, depths: Option<SceneDepths>) -> Value {
     let (grid, s) = (volume.grid(), volume.statistics());
     let (slope, intercept) = volume.rescale();
     let directions = grid.directions();
-    let verdicts = verdicts(volume);
+    let (verdicts, guess) = (verdicts(volume), Guess::of(volume));
     let rejected = verdicts.iter().filter_map(|(p, why)| Some(json!({ "preset": p.name(), "why": why.as_ref()? })));
     let suggested: Vec<&str> = Preset::suggest(volume).into_iter().map(Preset::name).collect();
     json!({
@@ -165,12 +169,14 @@ fn as_json(volume: &Volume) -> Value {
         "mean": s.mean,
         "non_finite": s.non_finite,
         "histogram": s.histogram,
+        "taken_for": { "preset": guess.preset.name(), "reason": guess.reason, "advice": guess.advice },
+        "depths": depths.map(depths_json),
         "presets": suggested,
         "rejected": rejected.collect::<Vec<_>>(),
     })
 }
 
-fn as_text(volume: &Volume) -> String {
+fn as_text(volume: &Volume, depths: Option<SceneDepths>) -> String {
     let (grid, s) = (volume.grid(), volume.statistics());
     let [nx, ny, nz] = grid.dims();
     let list = |v: [f64; 3]| v.map(short).join(" ");
@@ -179,6 +185,7 @@ fn as_text(volume: &Volume) -> String {
     let axes = grid.directions().to_cols_array_2d().map(list);
     let [low, high] = world_box(volume);
     let (slope, intercept) = volume.rescale();
+    let guess = Guess::of(volume);
     let mut lines = vec![
         ("dimensions", format!("{nx} x {ny} x {nz} = {} voxels", grid.voxel_count())),
         ("type", format!("{kind}, {mib:.1} MiB")),
@@ -188,6 +195,7 @@ fn as_text(volume: &Volume) -> String {
         ("space", space(volume).unwrap_or("not stated").to_owned()),
         ("box", format!("({}) to ({})", list(low), list(high))),
         ("modality", volume.modality().name().unwrap_or("not stated").to_owned()),
+        ("taken for", format!("{}; first picture with {}", guess.reason, guess.preset.name())),
         ("values", format!("{} to {}, mean {}", short(s.min), short(s.max), short(s.mean))),
     ];
     if (slope, intercept) != (1.0, 0.0) {
@@ -195,6 +203,11 @@ fn as_text(volume: &Volume) -> String {
     }
     if s.non_finite > 0 {
         lines.push(("non-finite", format!("{} voxels are NaN or infinite: transparent", s.non_finite)));
+    }
+    if let Some(depths) = depths {
+        let between = |[near, far]: [f64; 2]| format!("{} to {}", short(near), short(far));
+        let seen = depths.visible.map_or_else(String::new, |visible| format!(", what shows from {}", between(visible)));
+        lines.push(("from the eye", format!("the box from {}{seen}", between(depths.whole))));
     }
     lines.push(("histogram", histogram(&s.histogram)));
     lines.push(("", format!("{:<half$}{:>half$}", short(s.min), short(s.max), half = COLUMNS / 2)));

@@ -2,6 +2,7 @@
 //!
 //! Exit status 0: done. 1: the work failed; one line `error: ...` on stderr, no output file left behind. 2: wrong usage.
 
+mod color;
 mod completions;
 mod explain;
 mod flags;
@@ -13,8 +14,10 @@ mod render;
 mod report;
 mod scene;
 mod schema;
+mod show;
 mod stats;
 mod tf;
+mod turntable;
 
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
@@ -23,7 +26,7 @@ use std::process::ExitCode;
 
 /// Render volumes by texture slicing, on the CPU alone.
 #[derive(Debug, Parser)]
-#[command(name = "slicestack", version, arg_required_else_help = true, subcommand_required = true, after_help = EXAMPLES)]
+#[command(name = "slicestack", version, arg_required_else_help = true, subcommand_required = true, term_width = 0, after_help = EXAMPLES)]
 struct Cli {
     #[command(subcommand)]
     verb: Verb,
@@ -37,7 +40,8 @@ Examples:
   slicestack render head.nrrd --preset mr-brain --azimuth 60 --size 800x600
   slicestack render scene.toml --slices.count 512     a scene file, one of its keys overridden
   slicestack explain scene.toml -o page               a page that shows how the picture comes about
-  slicestack help render                              every flag, and more examples";
+  slicestack help render                              every flag, and more examples
+  slicestack help opengl                              flags of the profile opengl";
 
 #[derive(Debug, Subcommand)]
 enum Verb {
@@ -47,12 +51,17 @@ enum Verb {
     Explain(Box<explain::ExplainArgs>),
     /// Measure what error costs in time for a scene, method by method; or what holds in extreme cases.
     Report(Box<report::ReportArgs>),
+    /// Make an animation that goes once around a volume.
+    Turntable(Box<turntable::TurntableArgs>),
     /// Tell what is in a volume file, and which presets suit it.
     Info(info::InfoArgs),
     /// Draw a transfer function, or turn it into a file of another program.
     Tf(Box<tf::TfArgs>),
     /// List presets and colour maps.
     Presets,
+    /// List the keys of the profile opengl.
+    #[command(after_help = flags::opengl_keys())]
+    Opengl,
     /// Print the JSON schema of scene files.
     Schema,
     /// Print a completion script for a shell.
@@ -81,9 +90,11 @@ pub(crate) fn run() -> ExitCode {
         Verb::Render(args) => render::run(&args),
         Verb::Explain(args) => explain::run(&args),
         Verb::Report(args) => report::run(&args),
+        Verb::Turntable(args) => turntable::run(&args),
         Verb::Info(args) => info::run(&args),
         Verb::Tf(args) => tf::run(&args),
         Verb::Presets => presets::run(),
+        Verb::Opengl => output::print(flags::opengl_keys().as_bytes()),
         Verb::Schema => schema::run(),
         Verb::Completions(args) => completions::run(&args),
     };

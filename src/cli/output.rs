@@ -132,7 +132,7 @@ pub(super) fn is_plane(start: &[u8]) -> bool {
 pub(super) fn is_statistics(start: &[u8]) -> bool {
     let text = String::from_utf8_lossy(start);
     let first = text.trim_start_matches(|c: char| c == '{' || c.is_whitespace());
-    let begins = ["\"error_estimate\"", "\"fetches\""].iter().any(|key| first.starts_with(key));
+    let begins = ["\"depths\"", "\"error_estimate\"", "\"fetches\""].iter().any(|key| first.starts_with(key));
     text.starts_with('{') && begins && text.contains("\"fragments\"")
 }
 

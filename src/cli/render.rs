@@ -1,28 +1,27 @@
 //! `slicestack render`.
 
-use super::output::{Sink, encoding, is_picture, is_plane, is_statistics};
+use super::output::{Sink, encoding, is_picture, is_plane, is_statistics, print};
 use super::progress::{Bar, Phase, catch_signals, enter, rendered};
 use super::scene::{SceneArgs, level};
 use super::stats::{self, Clock};
-use super::{Usage, complain};
+use super::{Usage, complain, show};
 use anyhow::{Result, bail};
 use clap::builder::{PossibleValue, PossibleValuesParser};
-use slicestack::picture::{Aov, Format, PlaneFormat};
+use slicestack::picture::{Aov, Depth, Format, PlaneFormat};
 use slicestack::scene::ResolvedScene;
 use slicestack::{Renderer, Settings};
-use std::io::{IsTerminal, stderr};
+use std::io::{IsTerminal, stderr, stdout};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
 /// What `render` takes.
 #[derive(Debug, clap::Args)]
-#[command(after_help = EXAMPLES, after_long_help = EXAMPLES)]
+#[command(after_help = EXAMPLES)]
 pub(super) struct RenderArgs {
     #[arg(short, long, value_name = "OUT", default_value = "slicestack.png", help = format!("Picture to write: {}; - for stdout", Format::choices()))]
     output: PathBuf,
-    /// Format, where the name of OUT does not tell it.
-    #[arg(long, value_parser = formats())]
+    #[arg(long, value_parser = formats(), hide_possible_values = true, help = format!("Format, where the name of OUT does not tell it: {}", Format::ALL.map(Format::name).join(", ")))]
     format: Option<String>,
     /// Bits of the components of a PNG or TIFF.
     #[arg(long, value_parser = ["8", "16"], default_value = "8")]
@@ -36,13 +35,15 @@ pub(super) struct RenderArgs {
     /// Estimate the RMS error of the colours, from a second picture of twice as many slices; told here and in --stats.
     #[arg(long)]
     estimate: bool,
-    /// Write a plane of f32 beside the picture, OUT-depth.npy for OUT.png: depth (distance along the view direction), normal, value (data units) of
-    /// the first surface, or of where opacity first passes a half; alpha (opacity of the volume). Several: --aov depth,normal.
+    /// Write planes of f32 beside the picture, OUT-depth.npy for OUT.png: of the first surface, or where opacity passes a half; alpha: the volume's.
     #[arg(long, value_name = "PLANE", value_delimiter = ',', value_parser = Aov::ALL.map(Aov::name))]
     aov: Vec<String>,
     /// Format of the planes.
     #[arg(long, value_parser = ["npy", "exr"], default_value = "npy")]
     aov_format: String,
+    /// Show the picture in the terminal: by kitty's or iTerm2's protocol, else as half blocks in colour.
+    #[arg(long)]
+    show: bool,
     /// Tell on stderr where the work went, what the picture did not need, and why.
     #[arg(long)]
     explain: bool,
@@ -93,6 +94,12 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
         if *stats_sink == sink {
             bail!(Usage(format!("{}: picture and statistics cannot both go there", args.output.display())));
         }
+    }
+    if args.show && sink == Sink::Stdout {
+        bail!(Usage("--show: the picture goes to stdout itself".into()));
+    }
+    if args.show && !stdout().is_terminal() {
+        bail!(Usage("--show: stdout is no terminal".into()));
     }
     let planes = Planes::new(args, &sink, &inputs)?;
     catch_signals()?;
@@ -150,6 +157,11 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
         let told = stats::Told { depths: scene.depths(&volume), warnings, notes };
         let text = serde_json::to_string_pretty(&stats::json(clock, &stats, &told, &picture, &volume))? + "\n";
         stats_sink.write(text.as_bytes()).inspect_err(|_| planes.sinks.iter().chain([&sink]).for_each(forget))?;
+    }
+    if args.show {
+        let png = picture.encode(Format::Png, Depth::Eight)?;
+        let protocol = show::Protocol::of(|name| std::env::var(name).ok());
+        print(show::shown(&picture, &png, protocol, show::size()).as_bytes())?;
     }
     if let Some(error) = stats.error_estimate.filter(|_| args.estimate) {
         eprintln!("estimated RMS error of the colours: {error:.2e} in {}", stats::counted(stats.slices, "slice"));

@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 /// What `report` takes.
 #[derive(Debug, clap::Args)]
-#[command(after_help = EXAMPLES, after_long_help = EXAMPLES)]
+#[command(after_help = EXAMPLES)]
 pub(super) struct ReportArgs {
     #[command(flatten)]
     scene: SceneArgs,

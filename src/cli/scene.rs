@@ -1,9 +1,10 @@
 //! Which scene a command is about: its file, its volume, and the flags that override its keys.
 
 use super::Usage;
-use super::flags::SceneFlags;
+use super::flags::{SceneFlags, color_list};
 use anyhow::{Result, bail};
-use slicestack::scene::{Overrides, SceneFile};
+use clap::builder::{PossibleValue, PossibleValuesParser};
+use slicestack::scene::{Overrides, Preset, SceneFile};
 use slicestack::{Level, Limits};
 use std::path::{Path, PathBuf};
 
@@ -23,12 +24,12 @@ pub(super) struct SceneArgs {
     #[arg(value_name = "SCENE|VOLUME")]
     pub(super) input: Option<PathBuf>,
     /// Ready-made transfer function: see `slicestack presets`.
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", value_parser = presets(), hide_possible_values = true)]
     preset: Option<String>,
     /// Size of the picture in pixels, such as 800x600.
     #[arg(long, value_name = "WxH", allow_hyphen_values = true)]
     size: Option<String>,
-    /// Number of slices.
+    /// Number of slices; as many as an error of one of 256 levels takes, unless given.
     #[arg(long, value_name = "N", allow_hyphen_values = true)]
     count: Option<String>,
     /// Degrees around the box.
@@ -37,16 +38,21 @@ pub(super) struct SceneArgs {
     /// Degrees upwards.
     #[arg(long, value_name = "DEGREES", allow_hyphen_values = true)]
     elevation: Option<String>,
-    /// 1 fits the volume into the picture, 2 shows it twice as large.
+    /// 1 fits what shows into the picture, 2 shows it twice as large.
     #[arg(long, value_name = "FACTOR", allow_hyphen_values = true)]
     zoom: Option<String>,
-    /// Colour behind the volume: black, white, #rrggbb, or r,g,b,a from 0 to 1; transparent unless given.
+    /// Colour behind the volume: a name of CSS, #rgb, #rrggbb, or r,g,b,a from 0 to 1; transparent unless given.
     #[arg(long, value_name = "COLOUR")]
     background: Option<String>,
     #[command(flatten)]
     reading: ReadingArgs,
     #[command(flatten)]
     flags: SceneFlags,
+}
+
+/// Names of presets, which shells complete.
+fn presets() -> PossibleValuesParser {
+    Preset::ALL.map(|p| PossibleValue::new(p.name()).help(p.about())).into()
 }
 
 /// How volume files are read.
@@ -106,7 +112,9 @@ impl SceneText<'_> {
         };
         scene.map_err(|e| {
             let text = e.to_string();
-            if text.starts_with("--") { Usage(text).into() } else { e.into() }
+            // Without a file it is the flags that do not go together.
+            let flags = matches!(self, Self::Text(_)) && matches!(e, slicestack::Error::Invalid(_));
+            if flags || text.starts_with("--") { Usage(text).into() } else { e.into() }
         })
     }
 }
@@ -179,20 +187,11 @@ fn shorthands(args: &SceneArgs, overrides: &mut Overrides) -> Result<()> {
     Ok(())
 }
 
-/// A colour as the list that a scene file has.
+/// A background as the list that a scene file has: opaque unless it says otherwise.
 fn background(text: &str) -> Result<String> {
-    let refused = || Usage(format!("--background {text}: write black, white, #rrggbb, or r,g,b,a from 0 to 1"));
-    match text {
-        "black" => return Ok("0,0,0,1".into()),
-        "white" => return Ok("1,1,1,1".into()),
-        _ => {}
-    }
-    if let Some(hex) = text.strip_prefix('#') {
-        let number = u32::from_str_radix(hex, 16).ok().filter(|_| hex.len() == 6).ok_or_else(refused)?;
-        let [_, r, g, b] = number.to_be_bytes().map(|c| f64::from(c) / 255.0);
-        return Ok(format!("{r},{g},{b},1"));
-    }
-    let numbers: Vec<f64> = text.split(',').map(|n| n.trim().parse().map_err(|_| refused())).collect::<Result<_, _>>()?;
+    let list = color_list("background", text)?;
+    let refused = || Usage(format!("--background {text}: write a colour's name, #rgb, #rrggbb, or r,g,b,a from 0 to 1"));
+    let numbers: Vec<f64> = list.split(',').map(|n| n.trim().parse().map_err(|_| refused())).collect::<Result<_, _>>()?;
     match numbers.as_slice() {
         [r, g, b] => Ok(format!("{r},{g},{b},1")),
         [r, g, b, a] => Ok(format!("{r},{g},{b},{a}")),

@@ -47,7 +47,7 @@ pub fn build_up(
     let n = u64::from(frames.max(1)).min(count);
     let back = scene.blending_order() == Order::BackToFront;
     let mut bytes = Vec::new();
-    let mut animation = Animation::begin(&mut bytes, scene.size().0, scene.size().1, n as u32)?;
+    let mut animation = Animation::begin(&mut bytes, scene.size().0, scene.size().1, n as u32, 12)?;
     for i in 1..=n {
         let done = (count * i / n) as i64;
         let slices = if back { count as i64 - done..count as i64 } else { 0..done };

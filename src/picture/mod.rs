@@ -7,6 +7,8 @@
 //! ```
 
 #[cfg(feature = "encoders")]
+mod animated;
+#[cfg(feature = "encoders")]
 mod decode;
 #[cfg(feature = "encoders")]
 mod encode;
@@ -27,6 +29,8 @@ mod tests;
 #[cfg(feature = "encoders")]
 mod tiff;
 
+#[cfg(feature = "encoders")]
+pub use animated::{Animated, AnimatedFormat, MAX_FRAMES};
 #[cfg(feature = "encoders")]
 pub use file::write_whole;
 #[cfg(feature = "encoders")]

@@ -44,24 +44,22 @@ fn encode(width: u32, height: u32, components: &[u8], color: ColorType) -> Resul
 }
 
 /// An animated PNG, written frame by frame; it runs without end. The crate `image` reads such files but does not write them.
-#[cfg(feature = "explain")]
-pub(crate) struct Animation<'a> {
-    writer: ::png::Writer<&'a mut Vec<u8>>,
+pub(crate) struct Animation<W: std::io::Write> {
+    writer: ::png::Writer<W>,
 }
 
-#[cfg(feature = "explain")]
-impl<'a> Animation<'a> {
-    /// Begins an animation of `frames` frames, each shown for 1/12 s, at the end of `out`.
+impl<W: std::io::Write> Animation<W> {
+    /// Begins an animation of `frames` frames, `per_second` of them a second, at the end of `out`.
     ///
     /// # Errors
     /// [`Error::Invalid`] when the encoder refuses a number.
-    pub(crate) fn begin(out: &'a mut Vec<u8>, width: u32, height: u32, frames: u32) -> Result<Self> {
+    pub(crate) fn begin(out: W, width: u32, height: u32, frames: u32, per_second: u16) -> Result<Self> {
         let mut encoder = ::png::Encoder::new(out, width, height);
         encoder.set_color(::png::ColorType::Rgba);
         encoder.set_depth(::png::BitDepth::Eight);
         encoder.set_compression(::png::Compression::Fast);
         encoder.set_animated(frames, 0).map_err(animation_refused)?;
-        encoder.set_frame_delay(1, 12).map_err(animation_refused)?;
+        encoder.set_frame_delay(1, per_second).map_err(animation_refused)?;
         Ok(Self { writer: encoder.write_header().map_err(animation_refused)? })
     }
 
@@ -69,6 +67,7 @@ impl<'a> Animation<'a> {
     ///
     /// # Errors
     /// [`Error::Invalid`] when the encoder refuses the number.
+    #[cfg(feature = "explain")]
     pub(crate) fn slow(&mut self, seconds: u16) -> Result<()> {
         self.writer.set_frame_delay(seconds, 1).map_err(animation_refused)
     }
@@ -91,13 +90,12 @@ impl<'a> Animation<'a> {
 }
 
 /// The number of frames that an animated PNG states; `None` for a still one.
-#[cfg(all(test, feature = "explain"))]
+#[cfg(test)]
 pub(crate) fn frames(bytes: &[u8]) -> Option<u32> {
     let at = bytes.windows(4).position(|w| w == b"acTL")?;
     bytes.get(at + 4..at + 8).map(|b| u32::from_be_bytes([b[0], b[1], b[2], b[3]]))
 }
 
-#[cfg(feature = "explain")]
 fn animation_refused(e: ::png::EncodingError) -> Error {
     Error::invalid(format!("animated PNG: {e}"))
 }

@@ -275,3 +275,63 @@ pub struct SceneDepths {
     /// Of what shows in it.
     pub visible: Option<[f64; 2]>,
 }
+
+impl Scene {
+    /// Cameras around what shows of `volume`, `count` of them at equal angles, the first in the scene's own direction: all at one distance and in one size,
+    /// so that the last leads to the first without a jump and everything stays in the picture; `zoom` 2 shows it twice as large. The camera turns to the
+    /// picture's right about the axis upwards through the middle of what shows, or of the box where nothing does.
+    ///
+    /// # Errors
+    /// [`crate::Error::Invalid`] for a camera in the look-at form, and for numbers that leave the range of f64.
+    pub fn turntable(&self, volume: &Volume, count: u32, zoom: f64) -> crate::Result<Vec<Camera>> {
+        let (width, height) = self.size();
+        let grid = volume.grid();
+        let Placement::Orbit { azimuth, elevation, roll, .. } = self.camera().placement() else {
+            return Err(crate::Error::invalid(
+                "turntable: turns a camera in the orbit form (azimuth, elevation); this scene's stands at an eye of its own",
+            ));
+        };
+        let corners = grid.corners();
+        let whole = |n: DVec3| corners.iter().map(|c| c.dot(n)).fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)]);
+        let visible = Visible::of(self, volume);
+        let extent = |n: DVec3| visible.as_ref().map_or_else(|| whole(n), |v| v.extent(n));
+        let middle = DVec3::from_array([DVec3::X, DVec3::Y, DVec3::Z].map(|n| 0.5 * extent(n).iter().sum::<f64>()));
+        // From the middle to the farthest point along n.
+        let reach = |n: DVec3| extent(n)[1] - middle.dot(n);
+        let turned = |i: u32| {
+            let placement = Placement::Orbit { azimuth: azimuth + 360.0 * f64::from(i) / f64::from(count), elevation, roll, zoom: 1.0 };
+            Camera::new(placement, self.camera().projection())?.resolve(grid, width, height)
+        };
+        let views = (0..count).map(turned).collect::<crate::Result<Vec<_>>>()?;
+        let aspect = f64::from(width) / f64::from(height);
+        let most = |f: &dyn Fn(&super::View) -> f64| views.iter().map(f).fold(0.0, f64::max);
+        let (size, away) = match self.camera().projection() {
+            Projection::Orthographic { height: given } => {
+                let sideways = most(&|v| reach(v.right).max(reach(-v.right)));
+                let upwards = most(&|v| reach(v.up).max(reach(-v.up)));
+                let fitted = 2.0 * upwards.max(sideways / aspect) / FILLED;
+                // Before the box, as far off for every frame: fog stays what it is.
+                let away = most(&|v| corners.iter().map(|c| (middle - *c).dot(v.forward)).fold(0.0, f64::max)) + 1e-3 * grid.radius();
+                (given.unwrap_or(fitted) / zoom, away)
+            }
+            Projection::Perspective { fov_y } => {
+                let tangent = libm::tan(fov_y.to_radians() * 0.5) * FILLED;
+                let side = |v: &super::View, n: DVec3, t: f64| reach(n - v.forward * t) / t;
+                let needed = most(&|v| {
+                    let (x, y) = (tangent * aspect, tangent);
+                    side(v, v.right, x).max(side(v, -v.right, x)).max(side(v, v.up, y)).max(side(v, -v.up, y))
+                });
+                let deep = most(&|v| reach(-v.forward));
+                (0.0, (needed / zoom).max(1.02 * deep))
+            }
+        };
+        let camera = |view: &super::View| {
+            let projection = match self.camera().projection() {
+                Projection::Orthographic { .. } => Projection::Orthographic { height: Some(size) },
+                other @ Projection::Perspective { .. } => other,
+            };
+            Camera::new(Placement::LookAt { eye: middle - view.forward * away, target: middle, up: view.up }, projection)
+        };
+        views.iter().map(camera).collect()
+    }
+}

@@ -406,7 +406,7 @@ impl Scene {
             }
         }
         let m = &self.method;
-        if m.filter.is_cubic() && matches!(self.blend, Blend::Iso { .. }) {
+        if m.filter.is_cubic() && matches!(self.blend, Blend::Iso { .. } | Blend::Surfaces) {
             return Err(Error::invalid("render filter cubic: level surfaces (render blend iso) are those of linear interpolation"));
         }
         let plain = Method { classification: m.classification, filter: m.filter, target: m.target, ends: m.ends, ..Method::default() };

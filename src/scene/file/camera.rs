@@ -63,13 +63,18 @@ impl CameraKeys {
         }
     }
 
+    /// How many times as large as they fit things are shown.
+    pub(super) fn zoom(&self) -> f64 {
+        self.zoom.unwrap_or(1.0)
+    }
+
     /// `scene` with the camera for its volume.
     pub(super) fn apply(&self, cx: &Context<'_>, scene: Scene, volume: &Volume) -> Result<Scene> {
         let camera = self.camera(cx, volume.grid(), scene.size())?;
         let scene = scene.with_camera(camera);
         // The near plane is told in depths of the camera about the box.
         let visible = self.eye.is_none() && self.fit != Some(FitKey::Box) && self.near.is_none();
-        Ok(if visible { scene.framed(volume, self.zoom.unwrap_or(1.0)) } else { scene })
+        Ok(if visible { scene.framed(volume, self.zoom()) } else { scene })
     }
 
     /// The camera for the box of `grid` and a picture of so many columns and rows.

@@ -87,11 +87,11 @@ impl FogKeys {
         let linear: [Given; 2] = [("fog.start", self.start.is_some()), ("fog.end", self.end.is_some())];
         match self.mode.unwrap_or(FogModeKey::None) {
             FogModeKey::None => {
-                // Keys of a fog without a mode would be passed over in silence, and a forgotten mode never noticed.
-                cx.refuse(&density, "has no effect without fog.mode = \"exp\" or \"exp2\"")?;
-                cx.refuse(&linear, "has no effect without fog.mode = \"linear\"")?;
-                // The mode "none" itself, though, switches off a fog that is described.
+                // Keys of a fog without a mode would be passed over in silence, and a forgotten mode never noticed. The mode "none" itself, though,
+                // switches off a fog that is described.
                 if self.mode.is_none() {
+                    cx.refuse(&density, "has no effect without fog.mode = \"exp\" or \"exp2\"")?;
+                    cx.refuse(&linear, "has no effect without fog.mode = \"linear\"")?;
                     let described = [
                         ("fog.color", self.color.is_some()),
                         ("fog.distance", self.distance.is_some()),

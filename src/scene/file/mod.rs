@@ -31,7 +31,7 @@ mod volume;
 pub use schema::{Key, KeyKind, keys, schema};
 pub use transfer_file::{FoundTransfer, TransferFile, transfer_sections, write_transfer};
 
-use crate::scene::{Blend, Method};
+use crate::scene::{Blend, Camera, Method};
 use crate::volume::VolumeSource;
 use crate::{Error, Result, Scene, Volume};
 use schemars::JsonSchema;
@@ -141,6 +141,17 @@ impl SceneFile {
     /// As [`SceneFile::resolve`].
     pub fn to_scene(&self, volume: &Volume) -> Result<(Scene, Vec<String>)> {
         self.resolve(volume).map(|found| (found.scene, found.warnings))
+    }
+
+    /// Cameras once around the volume for `scene`, which came from [`SceneFile::resolve`]: see [`Scene::turntable`].
+    ///
+    /// # Errors
+    /// As [`Scene::turntable`].
+    pub fn turntable(&self, scene: &Scene, volume: &Volume, count: u32) -> Result<Vec<Camera>> {
+        let d = &self.document;
+        let cx = Context { document: d, places: &self.places, base: &self.base };
+        let camera = d.camera.camera(&cx, volume.grid(), scene.size())?;
+        scene.clone().with_camera(camera).turntable(volume, count, d.camera.zoom())
     }
 
     /// The scene for its volume, with everything decided that the file leaves open: what a camera fits into the picture, a transfer function, how many

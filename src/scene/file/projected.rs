@@ -8,8 +8,8 @@ use crate::{Result, Volume};
 const SURFACE: [f64; 3] = [0.93, 0.87, 0.77];
 
 /// Shares of what is seen of an object that a window leaves black and white.
-const DARK: f64 = 0.02;
-const WHITE: f64 = 0.995;
+const DARK: f64 = 0.1;
+const WHITE: f64 = 0.98;
 
 /// One colour for surfaces, and their light.
 pub(super) fn surface() -> Result<(TransferFunction, Lighting)> {
@@ -25,14 +25,17 @@ pub(super) fn window(volume: &Volume, view: &View, blend: Blend) -> Result<Optio
     // The object alone: what is around it would fill the window's darker part with nothing.
     let split = Landmarks::of(volume.statistics()).split;
     let object: Vec<f64> = seen.iter().copied().filter(|&v| v >= split).collect();
-    let of = if matches!(blend, Blend::Mip | Blend::Lmip { .. }) && !object.is_empty() { &object } else { &seen };
+    let greatest = matches!(blend, Blend::Mip | Blend::Lmip { .. }) && !object.is_empty();
+    let of = if greatest { &object } else { &seen };
     let at = |share: f64| of.get(((of.len().max(1) - 1) as f64 * share) as usize).copied();
     let (Some(low), Some(high)) = (at(DARK), at(WHITE)) else { return Ok(None) };
     let width = high - low;
     if !(width > 0.0 && width.is_finite()) {
         return Ok(None);
     }
-    let opacity = vec![(low - 0.05 * width, 0.0), (low, 1.0)];
+    // What is darker than the window is black, but there; what is no object is not.
+    let edge = if greatest { split.min(low) } else { low };
+    let opacity = vec![(edge - 0.05 * width, 0.0), (edge, 1.0)];
     Ok(Some((TransferFunction::new(ColorMap::Gray.spread(low, high), opacity)?, [low, high])))
 }
 
@@ -74,4 +77,10 @@ fn seen(volume: &Volume, view: &View, blend: Blend) -> Vec<f64> {
     }
     values.sort_by(f64::total_cmp);
     values
+}
+
+/// As many decimals as a window of such a `width` needs.
+pub(super) fn short(x: f64, width: f64) -> String {
+    let digits = (2.0 - libm::floor(libm::log10(width))).clamp(0.0, 12.0) as usize;
+    format!("{x:.digits$}")
 }

@@ -42,7 +42,12 @@ fn everything_but_the_volume_has_a_default() {
     assert_eq!(file.volume().convention, BoxConvention::Cells);
     assert!(matches!(file.volume().origin, Origin::Phantom(_, 128)));
     let (scene, warnings) = file.to_scene(&volume()).expect("scene");
-    assert_eq!(scene, Scene::new(scene.transfer().clone()));
+    // What shows fills the picture, in slices that leave no rings.
+    let plain = Scene::new(scene.transfer().clone());
+    let usual = plain.clone().with_slices(Slicing::Tolerance(0.004)).expect("a tolerance").with_camera(*scene.camera());
+    assert_eq!(scene, usual);
+    assert_eq!(scene.camera(), plain.framed(&volume(), 1.0).camera());
+    assert!(matches!(scene.camera().placement(), Placement::LookAt { .. }));
     assert!(warnings.is_empty(), "{warnings:?}");
 }
 
@@ -130,7 +135,9 @@ fn every_key_arrives() {
 
 #[test]
 fn orbit_cameras_and_the_other_modes() {
-    let s = scene("[camera]\nazimuth = 90\nroll = 5\nheight = 20\n[fog]\nmode = \"linear\"\nend = 9\n[slices]\ntolerance = 0.002\n");
+    let s = scene(
+        "[camera]\nazimuth = 90\nroll = 5\nheight = 20\nfit = \"box\"\n[fog]\nmode = \"linear\"\nstart = 0\nend = 9\n[slices]\ntolerance = 0.002\n",
+    );
     assert_eq!(s.camera().placement(), Placement::Orbit { azimuth: 90.0, elevation: 20.0, roll: 5.0, zoom: 1.0 });
     assert_eq!(s.camera().projection(), Projection::Orthographic { height: Some(20.0) });
     assert_eq!(s.fog().map(Fog::mode), Some(FogMode::Linear { start: 0.0, end: 9.0 }));
@@ -194,7 +201,8 @@ fn json_says_the_same() {
 fn flags_win_and_drop_what_they_exclude() {
     let text =
         format!("{PHANTOM}[camera]\neye = [1, 2, 90]\n[slices]\nspacing = 2\n[image]\nwidth = 10\n[transfer]\ncolor = [[0, 0, 0, 0]]\n");
-    let flags = [("camera.azimuth", "45"), ("slices.count", "12"), ("image.width", "20"), ("transfer.preset", "x-ray")];
+    let flags =
+        [("camera.azimuth", "45"), ("camera.fit", "box"), ("slices.count", "12"), ("image.width", "20"), ("transfer.preset", "x-ray")];
     let s = with(&flags, &text).and_then(|f| f.to_scene(&volume())).expect("scene").0;
     assert!(matches!(s.camera().placement(), Placement::Orbit { azimuth: 45.0, .. }));
     assert_eq!((s.slicing(), s.size()), (Slicing::Count(12), (20, 512)));

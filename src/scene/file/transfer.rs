@@ -166,8 +166,8 @@ impl TransferKeys {
         let view = cx.document.camera.camera(cx, grid, (width, height))?.resolve(grid, width, height)?;
         let found = projected::window(data.volume, &view, blend)?;
         if let Some((_, [low, high])) = &found {
-            data.notes
-                .push(format!("window {low:.6} to {high:.6}: what this projection shows (transfer.colormap with transfer.range: another)"));
+            let [from, to] = [*low, *high].map(|x| projected::short(x, high - low));
+            data.notes.push(format!("window {from} to {to}: what this projection shows (transfer.colormap with transfer.range: another)"));
         }
         Ok(found.map(|(transfer, _)| (transfer, None)))
     }

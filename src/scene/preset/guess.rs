@@ -123,7 +123,7 @@ fn kind(volume: &Volume) -> (Kind, String, Option<f64>) {
     // Axes that are named after a body, and a box that one fills: medical more often than not.
     let named = volume.grid().space() != Space::Unknown;
     // Phases lie on both sides of 0; rings beside edges a little below it.
-    let signed = min < 0.0 && values.share(f64::NEG_INFINITY, 0.0) > 0.25;
+    let signed = -min > 0.5 * max && values.share(f64::NEG_INFINITY, 0.0) > 0.25;
     if named && body >= BODY && !signed {
         return (Kind::Mr, format!("axes of a body, {} of the box filled, values not those of CT", percent(body)), None);
     }

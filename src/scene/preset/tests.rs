@@ -55,7 +55,7 @@ fn senseless_presets_say_why() {
     let why = |p: Preset, v: &Volume| p.suits(v).expect_err("senseless");
     assert!(Preset::CtBone.suits(&ct(0)).is_ok());
     assert!(why(Preset::CtBone, &ct(1024)).contains("set volume.intercept = -1024"), "{}", why(Preset::CtBone, &ct(1024)));
-    assert!(why(Preset::CtBone, &mr()).contains("run from 0 to 219"));
+    assert!(why(Preset::CtBone, &mr()).contains("run from 0 to 219"), "{}", why(Preset::CtBone, &mr()));
     assert!(why(Preset::MrBrain, &ct(0)).contains("looks like CT"));
     assert!(why(Preset::MrBrain, &mr().with_modality(Modality::Ct)).contains("is CT"));
     assert!(why(Preset::CtLung, &ct(0).with_modality(Modality::Mr)).contains("is MR"));
@@ -130,4 +130,59 @@ fn anisotropy_is_a_fraction() {
     };
     assert!(Preset::DtiFa.suits(&fractions(1.0)).is_ok() && Preset::suggest(&fractions(1.0)).contains(&Preset::DtiFa));
     assert!(Preset::DtiFa.suits(&fractions(3.0)).expect_err("too great").contains("fractions between 0 and 1"));
+}
+
+/// A body of values around a sphere in a box of `n` voxels a side, and what is around it.
+fn body(n: usize, radius: f64, inside: impl Fn(usize) -> i16, around: impl Fn(usize) -> i16) -> Volume {
+    let middle = 0.5 * (n - 1) as f64;
+    let voxels: Vec<i16> = (0..n * n * n)
+        .map(|i| {
+            let at = [i % n, i / n % n, i / n / n].map(|k| k as f64 - middle);
+            if at.iter().map(|x| x * x).sum::<f64>() < radius * radius { inside(i) } else { around(i) }
+        })
+        .collect();
+    let grid = Grid::with_spacing([n; 3], [1.0; 3]).expect("grid").with_space(crate::volume::Space::Ras);
+    Volume::new(grid, Voxels::I16(voxels.into())).expect("volume")
+}
+
+/// Numbers that look like noise, 0 to below `n`.
+fn noise(i: usize, n: usize) -> i16 {
+    ((i.wrapping_mul(2_654_435_761) >> 7) % n) as i16
+}
+
+/// What volumes are taken for where their files do not say.
+#[test]
+fn kinds_are_told_by_values_and_axes() {
+    let tissue = |i: usize| if i % 50 == 0 { 900 } else { 20 + noise(i, 60) };
+    let air = |i: usize| -1010 + noise(i, 20);
+    let plain = body(24, 9.0, tissue, air);
+    let guess = Guess::of(&plain);
+    assert_eq!((guess.kind, guess.preset), (Kind::Hounsfield, Preset::CtBone), "{}", guess.reason);
+    // What fills the corners of a scanner's field is no tissue, and told.
+    for padding in [-32768, -2000, -3024] {
+        let around = |i: usize| if i % 3 == 0 { padding } else { air(i) };
+        let guess = Guess::of(&body(24, 9.0, tissue, around));
+        assert_eq!(guess.kind, Kind::Hounsfield, "{padding}: {}", guess.reason);
+        assert!(guess.reason.contains(&padding.to_string()), "{}", guess.reason);
+    }
+    // MR whose background rings below 0, far above CT's range.
+    let ringing = Guess::of(&body(24, 10.0, |i| 9000 + noise(i, 20000), |i| noise(i, 1200) - 600));
+    assert_eq!((ringing.kind, ringing.preset), (Kind::Mr, Preset::MrBrain), "{}", ringing.reason);
+    // Phases: as many below 0 as above, as far.
+    let phase = Guess::of(&body(24, 10.0, |i| noise(i, 8192) - 4096, |i| noise(i, 8192) - 4096));
+    assert_eq!(phase.kind, Kind::Other, "{}", phase.reason);
+    // A tree in an empty room, and a head that fills its box.
+    let tree = Guess::of(&body(40, 8.0, |i| 100 + noise(i, 100), |_| 0));
+    assert_eq!((tree.kind, tree.preset), (Kind::Other, Preset::HotRamp), "{}", tree.reason);
+    let head = Guess::of(&body(24, 10.0, |i| 100 + noise(i, 100), |i| noise(i, 5)));
+    assert_eq!((head.kind, head.preset), (Kind::Mr, Preset::MrBrain), "{}", head.reason);
+    // Hounsfield units of which nothing below 0 is left: said, with what mends it.
+    let cut = body(24, 7.0, |i| 150 + noise(i, 1850), |_| 0);
+    let guess = Guess::of(&cut);
+    assert_eq!(guess.kind, Kind::HounsfieldCut, "{}", guess.reason);
+    assert!(guess.advice.as_deref().is_some_and(|a| a.contains("volume.modality = \"ct\"")));
+    assert!(Preset::CtBone.suits(&cut).expect_err("no air").contains("set volume.modality = \"ct\""));
+    assert!(Preset::CtBone.suits(&cut.with_modality(Modality::Ct)).is_ok());
+    // What the file says decides.
+    assert_eq!(Guess::of(&plain.with_modality(Modality::Mr)).kind, Kind::Mr);
 }
