@@ -2,11 +2,13 @@
 //!
 //! Exit status 0: done. 1: the work failed; one line `error: ...` on stderr, no output file left behind. 2: wrong usage.
 
+mod animate;
 mod color;
 mod completions;
 mod explain;
 mod flags;
 mod info;
+mod movie;
 mod output;
 mod presets;
 mod progress;
@@ -53,6 +55,8 @@ enum Verb {
     Report(Box<report::ReportArgs>),
     /// Make an animation that goes once around a volume.
     Turntable(Box<turntable::TurntableArgs>),
+    /// Make an animation between key frames: cameras, transfer functions, clip planes and other keys of a scene.
+    Animate(Box<animate::AnimateArgs>),
     /// Tell what is in a volume file, and which presets suit it.
     Info(info::InfoArgs),
     /// Draw a transfer function, or turn it into a file of another program.
@@ -90,6 +94,7 @@ pub(crate) fn run() -> ExitCode {
         Verb::Render(args) => render::run(&args),
         Verb::Explain(args) => explain::run(&args),
         Verb::Report(args) => report::run(&args),
+        Verb::Animate(args) => animate::run(&args),
         Verb::Turntable(args) => turntable::run(&args),
         Verb::Info(args) => info::run(&args),
         Verb::Tf(args) => tf::run(&args),

@@ -76,6 +76,11 @@ impl SceneArgs {
         self.input.is_some() || self.flags.has("volume.path") || self.flags.has("volume.phantom")
     }
 
+    /// Whether a flag of this key was given.
+    pub(super) fn has(&self, path: &str) -> bool {
+        self.flags.has(path)
+    }
+
     /// Limits for the volume, and how its file is read.
     pub(super) fn limits(&self) -> Limits {
         self.reading.limits()
@@ -101,6 +106,11 @@ pub(super) enum SceneText<'a> {
 }
 
 impl SceneText<'_> {
+    /// Whether it is a file.
+    pub(super) fn is_file(&self) -> bool {
+        matches!(self, Self::File(_))
+    }
+
     /// Reads it with `overrides` laid over it.
     ///
     /// # Errors

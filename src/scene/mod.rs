@@ -31,7 +31,8 @@ pub use color::{Premultiplied, Straight};
 pub use colormap::ColorMap;
 #[cfg(feature = "scene-file")]
 pub use file::{
-    FoundTransfer, Key, KeyKind, Overrides, ResolvedScene, SceneFile, TransferFile, keys, schema, transfer_sections, write_transfer,
+    Animation, FoundTransfer, Key, KeyKind, Overrides, ResolvedScene, SceneFile, TransferFile, keys, schema, transfer_sections,
+    write_transfer,
 };
 pub use fog::{Fog, FogDistance, FogMode, FogWeighting};
 pub use framing::{SceneDepths, Visible};

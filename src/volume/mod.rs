@@ -10,6 +10,8 @@ mod joint_histogram;
 pub(crate) mod packed;
 pub mod phantom;
 #[cfg(feature = "formats")]
+#[cfg(feature = "scene-file")]
+pub(crate) mod plausible;
 mod source;
 pub(crate) mod spline;
 mod stats;

@@ -9,6 +9,7 @@
 //!
 //! Unknown keys are errors. An error names the file, the line and the key, or the flag that overrode it.
 
+mod animation;
 mod camera;
 mod clip;
 mod fog;
@@ -28,11 +29,14 @@ mod transfer2d;
 mod transfer_file;
 mod volume;
 
+pub use animation::Animation;
 pub use schema::{Key, KeyKind, keys, schema};
 pub use transfer_file::{FoundTransfer, TransferFile, transfer_sections, write_transfer};
 
 use crate::scene::{Blend, Camera, Method};
-use crate::volume::VolumeSource;
+use crate::volume::io::Endian;
+use crate::volume::plausible::Doubt;
+use crate::volume::{Origin, VolumeSource};
 use crate::{Error, Result, Scene, Volume};
 use schemars::JsonSchema;
 use section::{Context, Data, Rivals};
@@ -182,6 +186,15 @@ impl SceneFile {
         d.slices.finish(&mut data)?;
         d.fog.finish(&mut data)?;
         let Data { scene, mut warnings, notes, .. } = data;
+        if let Origin::Raw(_, spec) = &self.source.origin {
+            let other = if spec.endian == Endian::Little { "big" } else { "little" };
+            warnings.extend(volume.doubt().map(|doubt| match doubt {
+                Doubt::Endian => {
+                    format!("neighbouring voxels differ like noise; with their bytes in the other order they would not: set volume.endian = \"{other}\"")
+                }
+                Doubt::Signed => "voxels lie at both ends of u16 and nowhere between, as signed numbers would: set volume.type = \"i16\"".to_owned(),
+            }));
+        }
         let (min, max) = volume.range();
         if min == max && volume.statistics().non_finite == 0 {
             warnings.push(format!("every voxel is {min}: the picture shows the box and nothing in it"));
