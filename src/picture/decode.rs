@@ -10,7 +10,7 @@ use std::io::Cursor;
 use std::path::Path;
 
 /// Most bytes of a file: the largest picture as floats, and room for what stands beside the pixels.
-const FILE_BYTES: u64 = 16 * (MAX_SIDE as u64) * (MAX_SIDE as u64) + (1 << 20);
+pub(super) const FILE_BYTES: u64 = 16 * (MAX_SIDE as u64) * (MAX_SIDE as u64) + (1 << 20);
 /// Pixels that a file may claim whatever its length: some compressions say "all alike" in a few bytes.
 pub(super) const FEW_PIXELS: u64 = 1 << 22;
 /// Most pixels that a byte of a file may stand for beyond that: deflate makes at most 1032 bytes of one, eight pixels to a byte.

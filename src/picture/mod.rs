@@ -17,6 +17,8 @@ mod file;
 #[cfg(feature = "encoders")]
 mod format;
 #[cfg(feature = "encoders")]
+mod metadata;
+#[cfg(feature = "encoders")]
 mod npy;
 mod pixels;
 mod plane;
@@ -31,6 +33,8 @@ mod tiff;
 pub use file::write_whole;
 #[cfg(feature = "encoders")]
 pub use format::{Depth, Format};
+#[cfg(feature = "encoders")]
+pub use metadata::Metadata;
 pub use pixels::{MAX_SIDE, Picture};
 #[cfg(feature = "encoders")]
 pub use plane::PlaneFormat;
