@@ -1,7 +1,9 @@
 //! A file per verb; here: the verbs, exit statuses, and how errors are told.
 //!
-//! Exit status 0: done. 1: the work failed; one line `error: ...` on stderr, no output file left behind. 2: wrong usage.
+//! Exit status 0: done. 1: the work failed; one line `error: ...` on stderr, no output file left behind. 2: wrong usage. 3: pictures that were to
+//! be the same are not.
 
+mod compare;
 mod completions;
 mod explain;
 mod flags;
@@ -47,6 +49,8 @@ enum Verb {
     Explain(Box<explain::ExplainArgs>),
     /// Measure what error costs in time for a scene, method by method; or what holds in extreme cases.
     Report(Box<report::ReportArgs>),
+    /// Tell how far one picture is from another.
+    Compare(compare::CompareArgs),
     /// Tell what is in a volume file, and which presets suit it.
     Info(info::InfoArgs),
     /// Draw a transfer function, or turn it into a file of another program.
@@ -71,6 +75,18 @@ impl fmt::Display for Usage {
 
 impl std::error::Error for Usage {}
 
+/// Pictures are not the same: exit status 3.
+#[derive(Debug)]
+struct Differs(String);
+
+impl fmt::Display for Differs {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for Differs {}
+
 /// Parses the command line and does what it says.
 pub(crate) fn run() -> ExitCode {
     let cli = match Cli::try_parse() {
@@ -81,6 +97,7 @@ pub(crate) fn run() -> ExitCode {
         Verb::Render(args) => render::run(&args),
         Verb::Explain(args) => explain::run(&args),
         Verb::Report(args) => report::run(&args),
+        Verb::Compare(args) => compare::run(&args),
         Verb::Info(args) => info::run(&args),
         Verb::Tf(args) => tf::run(&args),
         Verb::Presets => presets::run(),
@@ -91,7 +108,13 @@ pub(crate) fn run() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(e) => {
             complain("error", &chain(&e));
-            ExitCode::from(if e.is::<Usage>() { 2 } else { 1 })
+            ExitCode::from(if e.is::<Usage>() {
+                2
+            } else if e.is::<Differs>() {
+                3
+            } else {
+                1
+            })
         }
     }
 }
