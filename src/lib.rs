@@ -98,6 +98,8 @@ mod lean;
 mod opengl;
 pub mod picture;
 mod plan;
+#[cfg(feature = "scene-file")]
+pub mod proof;
 pub mod proxy;
 mod raster;
 pub mod reference;

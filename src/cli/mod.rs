@@ -7,16 +7,19 @@ mod compare;
 mod completions;
 mod explain;
 mod flags;
+mod golden;
 mod info;
 mod output;
 mod presets;
 mod progress;
 mod render;
 mod report;
+mod saved;
 mod scene;
 mod schema;
 mod stats;
 mod tf;
+mod verify;
 
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
@@ -51,6 +54,10 @@ enum Verb {
     Report(Box<report::ReportArgs>),
     /// Tell how far one picture is from another.
     Compare(compare::CompareArgs),
+    /// Render the scene that a picture carries again, and tell whether it is the same.
+    Verify(verify::VerifyArgs),
+    /// Hold a folder of scenes against their pictures on record, or put them there.
+    Golden(golden::GoldenArgs),
     /// Tell what is in a volume file, and which presets suit it.
     Info(info::InfoArgs),
     /// Draw a transfer function, or turn it into a file of another program.
@@ -98,6 +105,8 @@ pub(crate) fn run() -> ExitCode {
         Verb::Explain(args) => explain::run(&args),
         Verb::Report(args) => report::run(&args),
         Verb::Compare(args) => compare::run(&args),
+        Verb::Verify(args) => verify::run(&args),
+        Verb::Golden(args) => golden::run(&args),
         Verb::Info(args) => info::run(&args),
         Verb::Tf(args) => tf::run(&args),
         Verb::Presets => presets::run(),

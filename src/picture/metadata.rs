@@ -3,8 +3,7 @@
 //!
 //! Chunks of text: <https://www.w3.org/TR/png-3/#11iTXt>. Attributes: <https://openexr.com/en/latest/OpenEXRFileLayout.html>.
 
-use super::decode::FILE_BYTES;
-use super::file::read_picture;
+use super::decode::picture_bytes;
 use super::{Depth, Format, Picture, exr};
 use crate::{Error, Result};
 use ::png::text_metadata::{EncodableTextChunk, ITXtChunk};
@@ -71,7 +70,7 @@ impl Metadata {
     /// [`Error::Io`] when the file cannot be read, else as [`Metadata::decode`].
     pub fn open(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
-        Self::decode(&read_picture(path, FILE_BYTES)?, path)
+        Self::decode(&picture_bytes(path)?, path)
     }
 
     /// The texts in the bytes of a picture file. `name` names it in errors. Texts under keys that break the guarantees above are left out, and

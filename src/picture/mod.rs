@@ -30,6 +30,8 @@ mod tests;
 mod tiff;
 
 #[cfg(feature = "encoders")]
+pub(crate) use decode::picture_bytes;
+#[cfg(feature = "encoders")]
 pub use file::write_whole;
 #[cfg(feature = "encoders")]
 pub use format::{Depth, Format};

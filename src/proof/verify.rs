@@ -1,7 +1,7 @@
 //! Renders a picture's scene again and says what differs.
 
 use super::provenance::{Provenance, scene_file};
-use crate::picture::{Depth, Format, Metadata};
+use crate::picture::{Depth, Format, Metadata, picture_bytes};
 use crate::{Error, Picture, Renderer, Result, Settings};
 use std::fmt;
 use std::path::Path;
@@ -42,12 +42,13 @@ pub enum PixelsDiffer {
 }
 
 impl Verdict {
-    /// Whether the pixels came out again, bit by bit, before they were rounded into the file and after.
+    /// Whether the picture is what its scene says: the pixels came out again, bit by bit, before they were rounded into the file and after; of
+    /// the same volume, by a scene that nobody edited. Another version that makes the same pixels is no difference.
     pub fn is_same(&self) -> bool {
-        self.pixels.is_none() && self.sha256.is_none()
+        self.pixels.is_none() && self.sha256.is_none() && self.volume.is_none() && self.edited.is_empty()
     }
 
-    /// What differs, one line each. A version that differs is told even where the pixels are the same.
+    /// What differs, one line each: another version too, which alone is no difference.
     pub fn lines(&self) -> Vec<String> {
         let mut lines = Vec::new();
         if let Some((then, now)) = &self.version {
@@ -89,7 +90,7 @@ impl fmt::Display for PixelsDiffer {
 /// [`Error::Format`] naming `path` where it carries no scene, or one of a volume file and none is given; whatever reading the picture, the
 /// scene and the volume may say, and rendering.
 pub fn verify(path: &Path, volume: Option<&Path>, settings: &Settings) -> Result<Verdict> {
-    let bytes = std::fs::read(path).map_err(|e| Error::io(path, e))?;
+    let bytes = picture_bytes(path)?;
     let file = Picture::decode(&bytes, path)?;
     let Some(provenance) = Provenance::read(&Metadata::decode(&bytes, path)?) else {
         return Err(Error::format(path, "carries no scene (slicestack.scene): it was made without metadata, or lost it"));
@@ -123,7 +124,7 @@ fn names_volume(scene: &str) -> bool {
 }
 
 /// `picture` after it has been through a file of the kind that `bytes` are.
-fn as_stored(picture: &Picture, bytes: &[u8], path: &Path) -> Result<Picture> {
+pub(super) fn as_stored(picture: &Picture, bytes: &[u8], path: &Path) -> Result<Picture> {
     let format = Format::of_start(bytes).unwrap_or(Format::Npy);
     // The byte behind width and height in a PNG's first chunk is the depth; no other format that carries a scene has two.
     let sixteen = format == Format::Png && bytes.get(24) == Some(&16);
