@@ -100,12 +100,7 @@ fn transfer2d(dice: &mut Dice) -> Transfer2d {
             let shape = match dice.below(4) {
                 0 => Shape::Box { value: two(dice), gradient: two(dice) },
                 1 => Shape::Triangle { value: dice.number(), width: dice.positive(), gradient: dice.positive() },
-                2 => Shape::Gaussian {
-                    value: dice.number(),
-                    width: dice.positive(),
-                    gradient: dice.positive(),
-                    height: dice.positive(),
-                },
+                2 => Shape::Gaussian { value: dice.number(), width: dice.positive(), gradient: dice.positive(), height: dice.positive() },
                 _ => Shape::Levoy { value: dice.number(), thickness: dice.positive() },
             };
             Region { shape, color: dice.rgb(), opacity: dice.share() }

@@ -6,8 +6,7 @@ use crate::scene::{ColorMap, TransferFunction};
 use crate::{Picture, Result};
 
 /// What the colours of [`difference_map`] mean, in words.
-pub const DIFFERENCE_SCALE: &str =
-    "black: equal; violet: differs by 1/1024 or less; then lighter with every doubling, through red and orange, to pale yellow: by 1 or more";
+pub const DIFFERENCE_SCALE: &str = "black: equal; violet: differs by 1/1024 or less; then lighter with every doubling, through red and orange, to pale yellow: by 1 or more";
 
 /// Differences up to this have the darkest colour that is not black.
 const FAINTEST: f64 = 1.0 / 1024.0;

@@ -187,7 +187,11 @@ pub fn page(checked: &[Checked]) -> Vec<(String, Vec<u8>)> {
         for (file, bytes) in &c.pictures {
             let caption = file.trim_end_matches(".png").rsplit('-').next().unwrap_or_default();
             let src = file.bytes().fold(String::new(), |mut src, b| {
-                let _ = if b.is_ascii_alphanumeric() || b"-._".contains(&b) { write!(src, "{}", char::from(b)) } else { write!(src, "%{b:02X}") };
+                let _ = if b.is_ascii_alphanumeric() || b"-._".contains(&b) {
+                    write!(src, "{}", char::from(b))
+                } else {
+                    write!(src, "%{b:02X}")
+                };
                 src
             });
             let _ = writeln!(body, "<figure><img src=\"{src}\" alt=\"{name}: {caption}\"><figcaption>{caption}</figcaption></figure>");

@@ -30,7 +30,8 @@ pub use color::{Premultiplied, Straight};
 pub use colormap::ColorMap;
 #[cfg(feature = "scene-file")]
 pub use file::{
-    FoundTransfer, Key, KeyKind, Overrides, SceneFile, SceneFormat, TransferFile, keys, schema, transfer_sections, write_scene, write_transfer,
+    FoundTransfer, Key, KeyKind, Overrides, SceneFile, SceneFormat, TransferFile, keys, schema, transfer_sections, write_scene,
+    write_transfer,
 };
 pub use fog::{Fog, FogDistance, FogMode, FogWeighting};
 pub use lighting::{Gradient, Light, LightSource, Lighting, MAX_LIGHTS, Shading};

@@ -3,10 +3,10 @@
 use super::Place;
 use super::schema::names;
 use super::section::{Context, Given, Rivals, choices};
-use crate::{Error, Result};
 use crate::volume::io::{Endian, RawSpec};
 use crate::volume::phantom::Phantom;
 use crate::volume::{BoxConvention, Modality, Origin, VolumeSource, VoxelType};
+use crate::{Error, Result};
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
