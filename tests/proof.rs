@@ -251,6 +251,7 @@ fn verify_says_what_it_lacks() {
     ends(d, &render(volume, &["-o", "plain.png", "--no-metadata"]), 0);
     ends(d, &render(volume, &["-o", "a.webp"]), 0);
     edit(d, "a.png", "broken.png", |key, text| if key == "slicestack.scene" { "[camera".into() } else { text.into() });
+    edit(d, "a.png", "names.png", |_, text| text.replace("[volume]\n", "[volume]\npath = \"/etc/passwd\"\n"));
     edit(d, "a.png", "unknown.png", |_, text| text.replace("azimuth", "azimut"));
     for (args, want) in [
         (&["verify", "a.png"][..], "a.png: does not say where its volume is: name the file with --volume FILE"),
@@ -259,6 +260,7 @@ fn verify_says_what_it_lacks() {
         (&["verify", "a.webp"], "a.webp: carries no scene"),
         (&["verify", "none.png"], "none.png: "),
         (&["verify", volume], "doe-jane.nrrd: is no picture"),
+        (&["verify", "names.png"], "names.png: its scene names a file (volume.path), which no picture made here does"),
         (&["verify", "broken.png", "--volume", volume], "broken.png: its scene: "),
         (&["verify", "unknown.png", "--volume", volume], "unknown.png: its scene: line "),
     ] {

@@ -203,6 +203,13 @@ mod tests {
                     assert!(e.to_string().starts_with("p: ") && !e.to_string().contains('\n'), "{e}");
                 }
             }
+            for at in 0..bytes.len().min(1200) {
+                let mut changed = bytes.clone();
+                changed[at] ^= 0x5a;
+                if let Err(e) = Metadata::decode(&changed, "p") {
+                    assert!(e.to_string().starts_with("p: ") && !e.to_string().contains('\n'), "{e}");
+                }
+            }
         }
         assert!(Metadata::decode(b"no picture at all", "p").unwrap().is_empty());
     }

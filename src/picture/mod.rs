@@ -29,7 +29,7 @@ mod tests;
 #[cfg(feature = "encoders")]
 mod tiff;
 
-#[cfg(feature = "encoders")]
+#[cfg(feature = "scene-file")]
 pub(crate) use decode::picture_bytes;
 #[cfg(feature = "encoders")]
 pub use file::write_whole;

@@ -84,7 +84,8 @@ impl fmt::Display for PixelsDiffer {
     }
 }
 
-/// Renders again the scene that the picture file `path` carries, of the volume in the file `volume` or else the one that the scene says.
+/// Renders again the scene that the picture file `path` carries, of the volume in the file `volume`, or of the built-in one
+/// that the scene says. A scene that names files of its own is refused: a picture may come from anybody.
 ///
 /// # Errors
 /// [`Error::Format`] naming `path` where it carries no scene, or one of a volume file and none is given; whatever reading the picture, the
@@ -100,6 +101,9 @@ pub fn verify(path: &Path, volume: Option<&Path>, settings: &Settings) -> Result
         other => other,
     };
     let edited = provenance.edited_keys().map_err(named)?;
+    if let Some(key) = named_file(&provenance.scene) {
+        return Err(Error::format(path, format!("its scene names a file ({key}), which no picture made here does: it is not followed")));
+    }
     if volume.is_none() && !names_volume(&provenance.scene) {
         return Err(Error::format(path, "does not say where its volume is: name the file with --volume FILE"));
     }
@@ -117,10 +121,20 @@ pub fn verify(path: &Path, volume: Option<&Path>, settings: &Settings) -> Result
     })
 }
 
-/// Whether a scene says where its volume is.
+/// The value of a key of a scene in TOML.
+fn value(scene: &str, section: &str, key: &str) -> Option<toml::Value> {
+    toml::from_str::<toml::Table>(scene).ok()?.get(section)?.get(key).cloned()
+}
+
+/// A key by which a scene asks for a file to be read. A picture comes from anywhere, and must not choose which files are opened here.
+fn named_file(scene: &str) -> Option<&'static str> {
+    let keys = [("volume.path", "volume", "path"), ("transfer.file", "transfer", "file"), ("transfer2d.table", "transfer2d", "table")];
+    keys.into_iter().find(|(_, section, key)| value(scene, section, key).is_some_and(|v| v.is_str())).map(|(path, ..)| path)
+}
+
+/// Whether a scene is of a built-in volume, which needs no file.
 fn names_volume(scene: &str) -> bool {
-    let section = toml::from_str::<toml::Table>(scene).ok().and_then(|mut t| t.remove("volume"));
-    section.is_some_and(|v| v.get("path").is_some() || v.get("phantom").is_some())
+    value(scene, "volume", "phantom").is_some()
 }
 
 /// `picture` after it has been through a file of the kind that `bytes` are.
