@@ -55,6 +55,8 @@
 //! | see how a picture comes about, step by step | [`explain`](mod@explain) |
 //! | write a picture | [`Picture::save`](picture::Picture::save), [`picture::Format`] |
 //! | read a picture | [`Picture::open`](picture::Picture::open) |
+//! | hold pictures against each other, or against pictures on record | [`compare`], [`assert_golden`] |
+//! | let a picture say how it was made, and render it again | [`proof`] |
 //! | know the truth without slices | [`reference`](mod@reference) |
 //! | know what error costs, and what holds in extreme cases | [`study`] |
 //!
@@ -73,7 +75,7 @@
 //! | feature | adds |
 //! |---|---|
 //! | `formats` | readers for NRRD, NIfTI, MetaImage, VTK, NumPy and raw files |
-//! | `scene-file` | scenes as TOML or JSON, and their schema; takes `formats` with it |
+//! | `scene-file` | scenes as TOML or JSON, and their schema; takes `formats` and `encoders` with it |
 //! | `encoders` | picture files, written and read: PNG, NumPy, OpenEXR, JPEG, WebP, TIFF |
 //! | `explain` | teaching pages; takes `encoders` with it |
 //! | `study` | error against run time, and proof of stability; takes `encoders` with it |
@@ -86,6 +88,7 @@
 #[doc(hidden)]
 pub mod bench;
 mod classify;
+pub mod compare;
 mod error;
 #[cfg(feature = "explain")]
 pub mod explain;
@@ -95,6 +98,8 @@ mod lean;
 mod opengl;
 pub mod picture;
 mod plan;
+#[cfg(feature = "scene-file")]
+pub mod proof;
 pub mod proxy;
 mod raster;
 pub mod reference;

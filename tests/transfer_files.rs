@@ -134,7 +134,7 @@ fn sections_of_a_scene_read_back_as_they_were() {
     let (transfer, light) = full();
     let path = dir.path().join("full.toml");
     for light in [Some(light), Some(Lighting::default()), None] {
-        fs::write(&path, transfer_sections(&transfer, light.as_ref())).unwrap();
+        fs::write(&path, transfer_sections(&transfer, light.as_ref()).unwrap()).unwrap();
         let file = TransferFile::open(&path, None).unwrap();
         assert!(!file.needs_volume().unwrap() && file.volume().is_none());
         let found = file.transfer(None).unwrap();

@@ -1,12 +1,15 @@
 //! A file per verb; here: the verbs, exit statuses, and how errors are told.
 //!
-//! Exit status 0: done. 1: the work failed; one line `error: ...` on stderr, no output file left behind. 2: wrong usage.
+//! Exit status 0: done. 1: the work failed; one line `error: ...` on stderr, no output file left behind. 2: wrong usage. 3: pictures that were to
+//! be the same are not.
 
 mod animate;
 mod color;
+mod compare;
 mod completions;
 mod explain;
 mod flags;
+mod golden;
 mod info;
 mod movie;
 mod output;
@@ -14,12 +17,14 @@ mod presets;
 mod progress;
 mod render;
 mod report;
+mod saved;
 mod scene;
 mod schema;
 mod show;
 mod stats;
 mod tf;
 mod turntable;
+mod verify;
 
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
@@ -57,6 +62,12 @@ enum Verb {
     Turntable(Box<turntable::TurntableArgs>),
     /// Make an animation between key frames: cameras, transfer functions, clip planes and other keys of a scene.
     Animate(Box<animate::AnimateArgs>),
+    /// Tell how far one picture is from another.
+    Compare(compare::CompareArgs),
+    /// Render the scene that a picture carries again, and tell whether it is the same.
+    Verify(verify::VerifyArgs),
+    /// Hold a folder of scenes against their pictures on record, or put them there.
+    Golden(golden::GoldenArgs),
     /// Tell what is in a volume file, and which presets suit it.
     Info(info::InfoArgs),
     /// Draw a transfer function, or turn it into a file of another program.
@@ -84,6 +95,18 @@ impl fmt::Display for Usage {
 
 impl std::error::Error for Usage {}
 
+/// Pictures are not the same: exit status 3.
+#[derive(Debug)]
+struct Differs(String);
+
+impl fmt::Display for Differs {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for Differs {}
+
 /// Parses the command line and does what it says.
 pub(crate) fn run() -> ExitCode {
     let cli = match Cli::try_parse() {
@@ -96,6 +119,9 @@ pub(crate) fn run() -> ExitCode {
         Verb::Report(args) => report::run(&args),
         Verb::Animate(args) => animate::run(&args),
         Verb::Turntable(args) => turntable::run(&args),
+        Verb::Compare(args) => compare::run(&args),
+        Verb::Verify(args) => verify::run(&args),
+        Verb::Golden(args) => golden::run(&args),
         Verb::Info(args) => info::run(&args),
         Verb::Tf(args) => tf::run(&args),
         Verb::Presets => presets::run(),
@@ -107,7 +133,13 @@ pub(crate) fn run() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(e) => {
             complain("error", &chain(&e));
-            ExitCode::from(if e.is::<Usage>() { 2 } else { 1 })
+            ExitCode::from(if e.is::<Usage>() {
+                2
+            } else if e.is::<Differs>() {
+                3
+            } else {
+                1
+            })
         }
     }
 }

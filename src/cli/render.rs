@@ -2,14 +2,16 @@
 
 use super::output::{Sink, encoding, is_picture, is_plane, is_statistics, print};
 use super::progress::{Bar, Phase, catch_signals, enter, rendered};
+use super::saved::{SavedScene, is_saved_scene};
 use super::scene::{SceneArgs, level};
 use super::stats::{self, Clock};
 use super::{Usage, complain, show};
 use anyhow::{Result, bail};
 use clap::builder::{PossibleValue, PossibleValuesParser};
-use slicestack::picture::{Aov, Depth, Format, PlaneFormat};
+use slicestack::picture::{Aov, Depth, Format, Metadata, PlaneFormat};
+use slicestack::proof::Provenance;
 use slicestack::scene::ResolvedScene;
-use slicestack::{Renderer, Settings};
+use slicestack::{Error, Renderer, Settings};
 use std::io::{IsTerminal, stderr, stdout};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -44,6 +46,12 @@ pub(super) struct RenderArgs {
     /// Show the picture in the terminal: by kitty's or iTerm2's protocol, else as half blocks in colour.
     #[arg(long)]
     show: bool,
+    /// Write the scene as a scene file (.toml, .json), presets and defaults resolved: `slicestack render FILE` makes the same picture.
+    #[arg(long, value_name = "FILE")]
+    save_scene: Option<PathBuf>,
+    /// Leave out of the picture what `slicestack verify` needs: the scene, the version, the SHA-256 of pixels and volume. No path is among it.
+    #[arg(long)]
+    no_metadata: bool,
     /// Tell on stderr where the work went, what the picture did not need, and why.
     #[arg(long)]
     explain: bool,
@@ -69,6 +77,7 @@ Examples:
   slicestack render scene.toml --slices.count 1024 --fog.mode exp2 --fog.density 0.01
   slicestack render scene.toml -o - --format npy | python3 -c 'import sys, numpy; ...'
   slicestack render scene.toml --repeat 5 --stats - --explain
+  slicestack render head.nrrd --preset mr-brain --save-scene head.toml
 
 Every key of a scene file is a flag of the same name: `slicestack render --help` lists them, `slicestack schema` describes them.";
 
@@ -102,6 +111,13 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
         bail!(Usage("--show: stdout is no terminal".into()));
     }
     let planes = Planes::new(args, &sink, &inputs)?;
+    let saved = args.save_scene.as_deref().map(SavedScene::new).transpose()?;
+    if let Some(saved) = &saved {
+        saved.sink.spare("scene saved by this command", is_saved_scene, &inputs)?;
+        if saved.sink == sink || Some(&saved.sink) == stats_sink.as_ref() {
+            bail!(Usage(format!("--save-scene {}: something else goes there already", saved.path.display())));
+        }
+    }
     catch_signals()?;
 
     let scene_file = text.open(&overrides)?;
@@ -121,6 +137,9 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
             stats_sink.spare("file of statistics", is_statistics, &[path])?;
         }
         planes.spare(&[path])?;
+        if let Some(saved) = &saved {
+            saved.sink.spare("scene saved by this command", is_saved_scene, &[path])?;
+        }
     }
     let volume = scene_file.volume().load(&settings.limits)?;
     clock.load = start.elapsed().as_secs_f64();
@@ -145,7 +164,20 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
 
     rendered()?;
     let start = Instant::now();
-    let bytes = picture.encode(format, depth)?;
+    let metadata = if args.no_metadata || !format.carries_metadata() {
+        Metadata::new()
+    } else {
+        // A table too large for a scene file is the one thing that a picture cannot carry.
+        match Provenance::of(&scene, scene_file.volume(), &volume, &picture) {
+            Err(e @ Error::Limit { .. }) => {
+                complain("warning", &format!("the picture carries no scene: {e}"));
+                Metadata::new()
+            }
+            provenance => provenance?.metadata()?,
+        }
+    };
+    let bytes = picture.encode_with(format, depth, &metadata)?;
+    let saved = saved.map(|saved| Ok::<_, anyhow::Error>((saved.text(&scene, scene_file.volume())?, saved.sink))).transpose()?;
     let plane_bytes = seen.iter().map(|plane| plane.encode(planes.format)).collect::<Result<Vec<_>, _>>()?;
     clock.encode = start.elapsed().as_secs_f64();
     enter(Phase::Writing);
@@ -153,10 +185,15 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
     for (written, (to, bytes)) in planes.sinks.iter().zip(&plane_bytes).enumerate() {
         to.write(bytes).inspect_err(|_| planes.sinks[..written].iter().chain([&sink]).for_each(forget))?;
     }
+    if let Some((text, to)) = &saved {
+        to.write(text.as_bytes()).inspect_err(|_| planes.sinks.iter().chain([&sink]).for_each(forget))?;
+    }
     if let Some(stats_sink) = &stats_sink {
         let told = stats::Told { depths: scene.depths(&volume), warnings, notes };
         let text = serde_json::to_string_pretty(&stats::json(clock, &stats, &told, &picture, &volume))? + "\n";
-        stats_sink.write(text.as_bytes()).inspect_err(|_| planes.sinks.iter().chain([&sink]).for_each(forget))?;
+        stats_sink.write(text.as_bytes()).inspect_err(|_| {
+            planes.sinks.iter().chain([&sink]).chain(saved.as_ref().map(|s| &s.1)).for_each(forget);
+        })?;
     }
     if args.show {
         let png = picture.encode(Format::Png, Depth::Eight)?;

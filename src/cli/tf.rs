@@ -150,7 +150,7 @@ pub(super) fn run(args: &TfArgs) -> Result<()> {
             };
             transfer_png(&title, &transfer, volume.as_ref().map(Volume::statistics), units)?
         }
-        Output::Toml => transfer_sections(&transfer, lighting.as_ref()).into_bytes(),
+        Output::Toml => transfer_sections(&transfer, lighting.as_ref())?.into_bytes(),
         Output::File(kind) => {
             let (text, lost) = write_transfer(&name, &transfer, lighting.as_ref(), kind);
             warnings.extend(lost);

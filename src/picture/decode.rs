@@ -18,6 +18,14 @@ pub(super) const PIXELS_A_BYTE: u64 = 8 * 1032;
 /// Memory that a decoder may take beside two copies of the pixels, in bytes.
 const DECODER_BYTES: u64 = 16 << 20;
 
+/// The bytes of the picture file at `path`; of a file that is none no more than its beginning is read.
+///
+/// # Errors
+/// [`Error::Io`], [`Error::Format`] when it is no picture, [`Error::Limit`] when it is larger than the largest picture.
+pub(crate) fn picture_bytes(path: &Path) -> Result<Vec<u8>> {
+    read_picture(path, FILE_BYTES)
+}
+
 impl Picture {
     /// Reads a picture file: PNG, NumPy, OpenEXR, JPEG, WebP, TIFF, GIF (its first frame) or PNM. Its first bytes tell which; the name
     /// does not matter.
@@ -31,7 +39,7 @@ impl Picture {
     /// picture, else as [`Picture::decode`].
     pub fn open(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
-        Self::decode(&read_picture(path, FILE_BYTES)?, path)
+        Self::decode(&picture_bytes(path)?, path)
     }
 
     /// Reads a picture from the bytes of a file, as [`Picture::open`] does. `name` names it in errors.

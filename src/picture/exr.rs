@@ -1,4 +1,4 @@
-//! What the header of an OpenEXR file claims, looked at before the decoder takes memory by it.
+//! What the header of an OpenEXR file claims, looked at before the decoder takes memory by it; and texts in it.
 //!
 //! A file is a magic, a version with flags, and for each part a list of attributes that an empty name ends. An attribute is a name, a
 //! type, both ended by a zero byte, the length of its value in four bytes, and the value. Source:
@@ -68,4 +68,76 @@ pub(super) fn check(bytes: &[u8], path: &Path) -> Result<()> {
             return Ok(());
         }
     }
+}
+
+/// A place in the header of the file's first part.
+struct Attribute<'b> {
+    name: &'b [u8],
+    kind: &'b [u8],
+    value: &'b [u8],
+}
+
+/// The attributes of the first part, and the place of the empty name that ends them.
+///
+/// # Errors
+/// [`Error::Format`] naming `path` when the header does not end.
+fn attributes<'b>(bytes: &'b [u8], path: &Path) -> Result<(Vec<Attribute<'b>>, usize)> {
+    let short = || Error::format(path, format!("OpenEXR of {} bytes: it ends within its header", bytes.len()));
+    let text = |at: usize| {
+        let rest = bytes.get(at..)?;
+        rest.iter().position(|&b| b == 0).map(|n| &rest[..n])
+    };
+    let (mut found, mut at) = (Vec::new(), 8);
+    loop {
+        let name = text(at).ok_or_else(short)?;
+        if name.is_empty() {
+            return Ok((found, at));
+        }
+        let kind = text(at + name.len() + 1).ok_or_else(short)?;
+        let start = at + name.len() + kind.len() + 6;
+        let length = bytes.get(start - 4..start).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]) as usize).ok_or_else(short)?;
+        at = start.checked_add(length).filter(|&end| end <= bytes.len()).ok_or_else(short)?;
+        found.push(Attribute { name, kind, value: &bytes[start..at] });
+    }
+}
+
+/// Names and texts of the string attributes, but for `type`, which tells how the pixels are stored.
+///
+/// # Errors
+/// [`Error::Format`] naming `path` when the header does not end.
+pub(super) fn strings(bytes: &[u8], path: &Path) -> Result<Vec<(String, String)>> {
+    let text = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).ok();
+    let (all, _) = attributes(bytes, path)?;
+    Ok(all.iter().filter(|a| a.kind == b"string" && a.name != b"type").filter_map(|a| Some((text(a.name)?, text(a.value)?))).collect())
+}
+
+/// The file `bytes`, of one part and written here, with string attributes added. The list of places of its blocks follows the header: they
+/// move by as much as is added.
+///
+/// # Errors
+/// [`Error::Invalid`] for a text that is longer than the format can count, and a list of places that does not end where the first block begins.
+pub(super) fn with_strings<'t>(bytes: &[u8], texts: impl Iterator<Item = (&'t str, &'t str)>) -> Result<Vec<u8>> {
+    let (_, end) = attributes(bytes, Path::new("OpenEXR"))?;
+    let mut added = Vec::new();
+    for (name, text) in texts {
+        let length = i32::try_from(text.len()).map_err(|_| Error::invalid(format!("OpenEXR: metadata {name}: longer than 2 GiB")))?;
+        added.extend(name.as_bytes());
+        added.extend(b"\0string\0");
+        added.extend(length.to_le_bytes());
+        added.extend(text.as_bytes());
+    }
+    let mut out = Vec::with_capacity(bytes.len() + added.len());
+    out.extend(&bytes[..end]);
+    out.extend(&added);
+    out.push(0);
+    let (mut at, mut first) = (end + 1, u64::MAX);
+    while (at as u64) < first {
+        let place = bytes.get(at..at + 8).and_then(|b| b.try_into().ok()).map(u64::from_le_bytes);
+        let place = place.ok_or_else(|| Error::invalid("OpenEXR: no block follows the list of their places"))?;
+        first = first.min(place);
+        out.extend((place + added.len() as u64).to_le_bytes());
+        at += 8;
+    }
+    out.extend(bytes.get(at..).unwrap_or_default());
+    Ok(out)
 }

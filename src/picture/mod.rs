@@ -19,6 +19,8 @@ mod file;
 #[cfg(feature = "encoders")]
 mod format;
 #[cfg(feature = "encoders")]
+mod metadata;
+#[cfg(feature = "encoders")]
 mod npy;
 mod pixels;
 mod plane;
@@ -31,10 +33,14 @@ mod tiff;
 
 #[cfg(feature = "encoders")]
 pub use animated::{Animated, AnimatedFormat, MAX_FRAMES};
+#[cfg(feature = "scene-file")]
+pub(crate) use decode::picture_bytes;
 #[cfg(feature = "encoders")]
 pub use file::write_whole;
 #[cfg(feature = "encoders")]
 pub use format::{Depth, Format};
+#[cfg(feature = "encoders")]
+pub use metadata::Metadata;
 pub use pixels::{MAX_SIDE, Picture};
 #[cfg(feature = "encoders")]
 pub use plane::PlaneFormat;

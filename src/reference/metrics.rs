@@ -3,7 +3,7 @@
 mod flip;
 mod ssim;
 
-pub use flip::{DEFAULT_PIXELS_PER_DEGREE, flip};
+pub use flip::{DEFAULT_PIXELS_PER_DEGREE, flip, flip_map};
 pub use ssim::ssim;
 
 use crate::{Error, Result};

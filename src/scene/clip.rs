@@ -28,6 +28,9 @@ impl ClipPlane {
                 "clip plane with normal {normal}, offset {offset}: the normal must not be 0 and all numbers finite"
             )));
         }
+        if super::is_unit(length) {
+            return Ok(Self { normal, offset });
+        }
         Ok(Self { normal: normal / length, offset: offset / length })
     }
 

@@ -69,6 +69,7 @@ impl Light {
                 let key = if matches!(source, LightSource::Position(_)) { "position" } else { "direction" };
                 return Err(Error::invalid(format!("light {key} [{}, {}, {}]: must be finite", d.x, d.y, d.z)));
             }
+            LightSource::Direction(d) if super::is_unit(d.length()) => source,
             LightSource::Direction(d) => {
                 // Scaled first: squares may leave f64.
                 let most = d.abs().max_element();

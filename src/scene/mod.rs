@@ -31,8 +31,8 @@ pub use color::{Premultiplied, Straight};
 pub use colormap::ColorMap;
 #[cfg(feature = "scene-file")]
 pub use file::{
-    Animation, FoundTransfer, Key, KeyKind, Overrides, ResolvedScene, SceneFile, TransferFile, keys, schema, transfer_sections,
-    write_transfer,
+    Animation, FoundTransfer, Key, KeyKind, Overrides, ResolvedScene, SceneFile, SceneFormat, TransferFile, keys, schema,
+    transfer_sections, write_scene, write_transfer,
 };
 pub use fog::{Fog, FogDistance, FogMode, FogWeighting};
 pub use framing::{SceneDepths, Visible};
@@ -57,6 +57,12 @@ pub(crate) use linear_light::to_display;
 
 /// The largest optical depth of a slab, where opacities are added up as such: nothing is seen through less.
 pub(crate) const DEEPEST: f64 = 64.0;
+
+/// Whether a direction is of length 1 but for rounding. Such a one is kept as it is: what was normalized once is not changed when it is read
+/// from a file again.
+pub(crate) fn is_unit(length: f64) -> bool {
+    (length - 1.0).abs() <= 1e-15
+}
 
 /// Most slices of one picture.
 pub const MAX_SLICES: u64 = 1 << 24;

@@ -263,6 +263,11 @@ impl Transfer2d {
         Ok(self)
     }
 
+    /// The length (world units) that opacities refer to; `None` = the smallest voxel spacing of the volume that is shown.
+    pub fn unit(&self) -> Option<f64> {
+        self.unit
+    }
+
     /// The length (world units) that opacities refer to in a volume on `grid`.
     pub fn opacity_length(&self, grid: &Grid) -> f64 {
         self.unit.unwrap_or_else(|| grid.smallest_spacing())

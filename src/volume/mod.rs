@@ -3,6 +3,7 @@
 pub(crate) mod bricks;
 mod buffer;
 mod channels;
+mod digest;
 mod grid;
 #[cfg(feature = "formats")]
 pub mod io;

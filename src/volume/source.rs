@@ -87,6 +87,16 @@ impl VolumeSource {
         self
     }
 
+    /// The source with its file at another path; a formula stays what it is.
+    #[must_use]
+    pub fn with_path(mut self, path: impl Into<PathBuf>) -> Self {
+        match &mut self.origin {
+            Origin::File(own) | Origin::Raw(own, _) => *own = path.into(),
+            Origin::Phantom(..) => {}
+        }
+        self
+    }
+
     /// The file that is read, if any.
     pub fn path(&self) -> Option<&Path> {
         match &self.origin {

@@ -33,14 +33,22 @@ const TO_XYZ: [[f64; 3]; 3] = [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722
 /// # Errors
 /// [`crate::Error::Invalid`] when the sizes differ or `pixels_per_degree` is not within 1 and 1000.
 pub fn flip(reference: &Displayed, test: &Displayed, pixels_per_degree: f64) -> Result<f64> {
+    let map = flip_map(reference, test, pixels_per_degree)?;
+    Ok(map.iter().sum::<f64>() / map.len() as f64)
+}
+
+/// The FLIP map: for each pixel, row by row from the top, the difference that is seen there, in `[0,1]`. Colours are taken as sRGB.
+///
+/// # Errors
+/// As [`flip`].
+pub fn flip_map(reference: &Displayed, test: &Displayed, pixels_per_degree: f64) -> Result<Vec<f64>> {
     reference.same_size(test)?;
     if !(1.0..=1000.0).contains(&pixels_per_degree) {
         return Err(crate::Error::invalid(format!("FLIP at {pixels_per_degree} pixels per degree: must lie between 1 and 1000")));
     }
     let colors = color_difference(reference, test, pixels_per_degree);
     let features = feature_difference(reference, test, pixels_per_degree);
-    let sum: f64 = colors.iter().zip(&features).map(|(&c, &f)| libm::pow(c, 1.0 - f)).sum();
-    Ok(sum / colors.len() as f64)
+    Ok(colors.iter().zip(&features).map(|(&c, &f)| libm::pow(c, 1.0 - f)).collect())
 }
 
 fn apply(m: &[[f64; 3]; 3], v: [f64; 3]) -> [f64; 3] {

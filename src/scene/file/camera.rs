@@ -6,9 +6,9 @@ use crate::volume::Grid;
 use crate::{Error, Result, Volume};
 use glam::DVec3;
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
-#[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct CameraKeys {
     /// Parallel rays (orthographic, the default) or rays from the eye (perspective).
@@ -54,6 +54,33 @@ pub(super) const RIVALS: &[Rivals] = &[
 ];
 
 impl CameraKeys {
+    /// The keys that say what `camera` is.
+    pub(super) fn of(camera: &Camera) -> Self {
+        let (projection, height, fov_y) = match camera.projection() {
+            Projection::Orthographic { height } => (ProjectionKey::Orthographic, height, None),
+            Projection::Perspective { fov_y } => (ProjectionKey::Perspective, None, Some(fov_y)),
+        };
+        let (eye, target, up, orbit) = match camera.placement() {
+            Placement::LookAt { eye, target, up } => (Some(eye), Some(target), Some(up), None),
+            Placement::Orbit { azimuth, elevation, roll, zoom } => (None, None, None, Some([azimuth, elevation, roll, zoom])),
+        };
+        Self {
+            projection: Some(projection),
+            eye: eye.map(|p| p.to_array()),
+            target: target.map(|p| p.to_array()),
+            up: up.map(|p| p.to_array()),
+            azimuth: orbit.map(|o| o[0]),
+            elevation: orbit.map(|o| o[1]),
+            roll: orbit.map(|o| o[2]),
+            zoom: orbit.map(|o| o[3]),
+            // Scenes hold what a camera came to: its zoom is that of the box.
+            fit: orbit.map(|_| FitKey::Box),
+            height,
+            fov_y,
+            near: camera.near(),
+        }
+    }
+
     /// A camera as far as it can be made without the volume, so that a mistake is found before one is loaded.
     pub(super) fn before_data(&self, cx: &Context<'_>) -> Result<Camera> {
         // A look-at camera whose defaults come from the box is checked when there is one.

@@ -5,10 +5,10 @@ use crate::Result;
 use crate::scene::{ClipPlane, Scene};
 use glam::DVec3;
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 /// A plane that cuts the box: kept is where normal . p >= offset.
-#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, expecting = "a plane: { normal = [x, y, z], offset = d }")]
 pub(super) struct ClipKeys {
     /// Direction from the plane to what is kept, world space.
@@ -16,6 +16,11 @@ pub(super) struct ClipKeys {
     /// Where the plane cuts a line along normal, in world units for a normal of length 1.
     #[serde(default)]
     pub offset: f64,
+}
+
+/// The planes that cut `scene`.
+pub(super) fn of(scene: &Scene) -> Vec<ClipKeys> {
+    scene.clip_planes().iter().map(|p| ClipKeys { normal: p.normal().to_array(), offset: p.offset() }).collect()
 }
 
 /// `scene` cut by `planes`.

@@ -4,9 +4,9 @@ use super::section::{Context, Data, Given, choices};
 use crate::Result;
 use crate::scene::{Fog, FogDistance, FogMode, FogWeighting, Scene};
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
-#[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct FogKeys {
     /// How the fog factor falls with distance; none unless given.
@@ -38,6 +38,27 @@ choices! {
 const HIDDEN: f64 = 0.05;
 
 impl FogKeys {
+    /// The keys that say what the fog of `scene` is.
+    pub(super) fn of(scene: &Scene) -> Self {
+        let fog = scene.fog();
+        let (mode, density, start, end) = match fog.map(Fog::mode) {
+            None => (None, None, None, None),
+            Some(FogMode::Linear { start, end }) => (Some(FogModeKey::Linear), None, Some(start), Some(end)),
+            Some(FogMode::Exp { density }) => (Some(FogModeKey::Exp), Some(density), None, None),
+            Some(FogMode::Exp2 { density }) => (Some(FogModeKey::Exp2), Some(density), None, None),
+        };
+        Self {
+            mode,
+            density,
+            start,
+            end,
+            color: fog.map(Fog::color),
+            distance: fog.map(|f| f.distance().into()),
+            weighting: fog.map(|f| f.weighting().into()),
+            background: Some(scene.fogged_background()),
+        }
+    }
+
     /// `scene` in the fog, if there is one. The section `[opengl]` has been applied before, because it sets another weighting.
     pub(super) fn apply(&self, cx: &Context<'_>, scene: Scene) -> Result<Scene> {
         let fog = self.fog(cx, scene.opengl().is_some())?;

@@ -3,9 +3,9 @@
 use crate::Result;
 use crate::scene::{Scene, Straight};
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
-#[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct ImageKeys {
     /// Columns of pixels; 512 unless given.
@@ -17,6 +17,12 @@ pub(super) struct ImageKeys {
 }
 
 impl ImageKeys {
+    /// The keys that say what the picture of `scene` is.
+    pub(super) fn of(scene: &Scene) -> Self {
+        let ((width, height), Straight { rgb: [r, g, b], alpha }) = (scene.size(), scene.background());
+        Self { width: Some(width), height: Some(height), background: Some([r, g, b, alpha]) }
+    }
+
     /// `scene` at the size and over the background that are given.
     pub(super) fn apply(&self, scene: Scene) -> Result<Scene> {
         let (width, height) = scene.size();

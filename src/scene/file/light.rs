@@ -5,9 +5,9 @@ use crate::scene::{Gradient, Light, LightSource, Lighting, Scene, Shading};
 use crate::{Error, Result};
 use glam::DVec3;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
-#[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct LightKeys {
     /// Whether the section stands in the scene, be it empty.
@@ -42,7 +42,7 @@ pub(super) struct LightKeys {
 }
 
 /// A light: { direction = [x, y, z] or "head", or position = [x, y, z]; color = [r, g, b] }.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default, expecting = "a light: { direction = [x, y, z], color = [r, g, b] }")]
 pub(super) struct LightsKeys {
     /// Where light comes from: "head" (from the eye, the default), or towards it [x, y, z], world space.
@@ -55,7 +55,7 @@ pub(super) struct LightsKeys {
 }
 
 /// Words of a direction, or its components.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(untagged, expecting = "expected \"head\" or [x, y, z]")]
 pub(super) enum DirectionKey {
     Word(String),
@@ -109,6 +109,49 @@ fn light(
 fn numbers(text: &str) -> Option<[f64; 3]> {
     let parts: Option<Vec<f64>> = text.trim_matches(['[', ']', ' ']).split(',').map(|part| part.trim().parse().ok()).collect();
     parts?.try_into().ok()
+}
+
+/// The keys of a light.
+fn light_keys(light: &Light) -> LightsKeys {
+    let (direction, position) = match light.source() {
+        LightSource::Head => (Some(DirectionKey::Word("head".to_owned())), None),
+        LightSource::Direction(towards) => (Some(DirectionKey::Towards(towards.to_array())), None),
+        LightSource::Position(point) => (None, Some(point.to_array())),
+    };
+    LightsKeys { direction, position, color: Some(light.color()) }
+}
+
+/// The keys that say what the light on `scene` is. One light stands with its material, several stand beside it.
+pub(super) fn of(scene: &Scene) -> (LightKeys, Vec<LightsKeys>) {
+    let gradient = Some(scene.gradient().into());
+    let Some(l) = scene.lighting() else {
+        let model = scene.flat_surfaces().then_some(ModelKey::None);
+        return (LightKeys { model, gradient, ..LightKeys::default() }, Vec::new());
+    };
+    let all: Vec<LightsKeys> = l.lights().iter().map(light_keys).collect();
+    let (own, several) = match <[LightsKeys; 1]>::try_from(all) {
+        Ok([one]) => (one, Vec::new()),
+        Err(all) => (LightsKeys::default(), all),
+    };
+    let material = LightKeys {
+        present: true,
+        model: Some(match l.shading {
+            Shading::BlinnPhong => ModelKey::BlinnPhong,
+            Shading::Depth => ModelKey::Depth,
+        }),
+        ambient: Some(l.ambient),
+        diffuse: Some(l.diffuse),
+        specular: Some(l.specular),
+        shininess: Some(l.shininess),
+        emission: Some(l.emission),
+        direction: own.direction,
+        position: own.position,
+        color: own.color,
+        two_sided: Some(l.two_sided),
+        gradient,
+        gradient_floor: Some(l.gradient_floor),
+    };
+    (material, several)
 }
 
 impl LightKeys {

@@ -2,10 +2,12 @@
 //!
 //! ```text
 //!  text --table--> checked table + where each key was written --serde--> Document --sections--> VolumeSource, Scene
-//!                       ^ overrides (`section.key = value`)
+//!                       ^ overrides (`section.key = value`)               |
+//!  text <------------------------------------------------- Document <--write-----+
 //! ```
 //! Each section has a file of its own with all about its keys: their words in the schema and in `--help`, what they may be, which
-//! exclude each other, and what they set in the scene. A key that is left out leaves the scene's own default.
+//! exclude each other, what they set in the scene, and which of them say what a scene is (`of`). A key that is left out leaves the scene's
+//! own default.
 //!
 //! Unknown keys are errors. An error names the file, the line and the key, or the flag that overrode it.
 
@@ -28,10 +30,12 @@ mod transfer;
 mod transfer2d;
 mod transfer_file;
 mod volume;
+mod write;
 
 pub use animation::Animation;
 pub use schema::{Key, KeyKind, keys, schema};
-pub use transfer_file::{FoundTransfer, TransferFile, transfer_sections, write_transfer};
+pub use transfer_file::{FoundTransfer, TransferFile, write_transfer};
+pub use write::{SceneFormat, transfer_sections, write_scene};
 
 use crate::scene::{Blend, Camera, Method};
 use crate::volume::io::Endian;
@@ -40,7 +44,7 @@ use crate::volume::{Origin, VolumeSource};
 use crate::{Error, Result, Scene, Volume};
 use schemars::JsonSchema;
 use section::{Context, Data, Rivals};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use table::{Place, Places};
 
@@ -48,34 +52,50 @@ use table::{Place, Places};
 const MAX_BYTES: u64 = 16 << 20;
 
 /// A scene file for slicestack: a volume, and how to picture it. Every key but the volume has a default.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 struct Document {
     /// What to picture.
+    #[serde(skip_serializing_if = "is_default")]
     volume: volume::VolumeKeys,
     /// Where the eye is and how it projects: the look-at form (eye, target, up) or the orbit form (azimuth, elevation, roll, zoom).
+    #[serde(skip_serializing_if = "is_default")]
     camera: camera::CameraKeys,
     /// The picture itself.
+    #[serde(skip_serializing_if = "is_default")]
     image: image::ImageKeys,
     /// From values to colour and opacity: a preset, a colour map, or lists of points.
+    #[serde(skip_serializing_if = "is_default")]
     transfer: transfer::TransferKeys,
     /// From value and gradient to colour and opacity, in the place of the section transfer.
+    #[serde(skip_serializing_if = "is_default")]
     transfer2d: transfer2d::Transfer2dKeys,
     /// How many slices, and how they are blended.
+    #[serde(skip_serializing_if = "is_default")]
     slices: slices::SliceKeys,
     /// OpenGL's fog.
+    #[serde(skip_serializing_if = "is_default")]
     fog: fog::FogKeys,
     /// Light on the volume: a material, and one light.
-    #[serde(deserialize_with = "light::section")]
+    #[serde(deserialize_with = "light::section", skip_serializing_if = "is_default")]
     light: light::LightKeys,
     /// Up to four lights in the place of that of the section light.
+    #[serde(skip_serializing_if = "is_default")]
     lights: Vec<light::LightsKeys>,
     /// How fragments become pixels.
+    #[serde(skip_serializing_if = "is_default")]
     render: render::RenderKeys,
     /// State of the OpenGL pipeline, for render.profile = "opengl".
+    #[serde(skip_serializing_if = "is_default")]
     opengl: opengl::OpenGlKeys,
     /// Up to six planes that cut the box.
+    #[serde(skip_serializing_if = "is_default")]
     clip: Vec<clip::ClipKeys>,
+}
+
+/// Whether a section says nothing.
+fn is_default<T: Default + PartialEq>(section: &T) -> bool {
+    *section == T::default()
 }
 
 /// Ways to say one thing, of all sections: a key given on the command line drops its rivals from the file.

@@ -8,9 +8,9 @@ use crate::scene::{
 };
 use glam::{DMat4, DVec4};
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
-#[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct OpenGlKeys {
     /// Numbers of the texture: unorm8 (R8, or RGBA8 when pre-classified; the default) or f32.
@@ -73,7 +73,7 @@ pub(super) struct OpenGlKeys {
 
 choices! {
     FormatKey => TextureFormat { Unorm8, F32 }
-    TexelFilterKey => Filter { Linear, Nearest }
+    TexelFilterKey =>? Filter { Linear, Nearest }
     WrapKey => Wrap { ClampToEdge, ClampToBorder, Repeat }
     ColorsKey => TableColors { Premultiplied, Straight }
     EnvironmentKey => Environment { Replace, Modulate }
@@ -90,6 +90,43 @@ choices! {
 }
 
 impl OpenGlKeys {
+    /// The keys that say what state draws `scene`; none where OpenGL does not draw it. What has no effect there is left out.
+    pub(super) fn of(scene: &Scene) -> Self {
+        let Some(gl) = scene.opengl() else { return Self::default() };
+        let [wrap_s, wrap_t, wrap_p] = gl.wrap;
+        let alike = wrap_s == wrap_t && wrap_t == wrap_p;
+        let own = |wrap: Wrap| (!alike).then_some(wrap.into());
+        let constant = [gl.blend.source, gl.blend.destination, gl.blend_alpha.source, gl.blend_alpha.destination];
+        Self {
+            texture: Some(gl.texture.into()),
+            min_filter: gl.min_filter.and_then(TexelFilterKey::of),
+            filter_arithmetic: Some(gl.filter_arithmetic.into()),
+            wrap: alike.then_some(wrap_s.into()),
+            wrap_s: own(wrap_s),
+            wrap_t: own(wrap_t),
+            wrap_p: own(wrap_p),
+            border_color: gl.wrap.contains(&Wrap::ClampToBorder).then_some(gl.border),
+            texture_matrix: Some(gl.texture_matrix.transpose().to_cols_array_2d()),
+            table: gl.table.map(FormatKey::from),
+            table_filter: TexelFilterKey::of(gl.table_filter),
+            table_colors: Some(gl.table_colors.into()),
+            environment: Some(gl.environment.into()),
+            primary_color: (gl.environment == Environment::Modulate).then_some(gl.primary),
+            fog_evaluation: scene.fog().map(|_| gl.fog_evaluation.into()),
+            alpha_test: gl.alpha_test.map(|test| test.compare.into()),
+            alpha_reference: gl.alpha_test.map(|test| test.reference),
+            blend_arithmetic: Some(gl.blend_arithmetic.into()),
+            blend_equation: Some(gl.blend.equation.into()),
+            blend_source: Some(gl.blend.source.into()),
+            blend_destination: Some(gl.blend.destination.into()),
+            blend_equation_alpha: Some(gl.blend_alpha.equation.into()),
+            blend_source_alpha: Some(gl.blend_alpha.source.into()),
+            blend_destination_alpha: Some(gl.blend_alpha.destination.into()),
+            blend_color: constant.iter().any(|f| f.is_constant()).then_some(gl.blend_constant),
+            scissor: gl.scissor.map(|s| [s.x, s.y, s.width, s.height]),
+        }
+    }
+
     /// `scene` drawn as OpenGL draws, where the section `[render]` asks for that profile.
     pub(super) fn apply(&self, cx: &Context<'_>, scene: Scene) -> Result<Scene> {
         if !cx.document.render.is_opengl() {

@@ -5,9 +5,9 @@ use crate::Result;
 use crate::scene::preset::Landmarks;
 use crate::scene::{Blend, Filter, Hit, LevelSurface, Method, Scene, Target};
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
-#[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct RenderKeys {
     /// Exact slabs (accurate, the default) or what an OpenGL 1.x driver does (opengl).
@@ -33,7 +33,7 @@ pub(super) struct RenderKeys {
 }
 
 /// A level surface.
-#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, expecting = "a surface: { level = value, color = [r, g, b], opacity = a }")]
 pub(super) struct LevelKeys {
     /// Value of the surface.
@@ -62,6 +62,44 @@ choices! {
 pub(super) const RIVALS: &[Rivals] = &[(&["render.level"], &["render.levels"]), (&["render.levels"], &["render.level"])];
 
 impl RenderKeys {
+    /// The keys that say how fragments of `scene` become pixels.
+    pub(super) fn of(scene: &Scene) -> Self {
+        let method = scene.method();
+        let (filter, prefilter) = match method.filter {
+            Filter::Linear => (FilterKey::Linear, None),
+            Filter::Nearest => (FilterKey::Nearest, None),
+            Filter::Cubic { prefilter } => (FilterKey::Cubic, Some(prefilter)),
+        };
+        let (blend, threshold, level) = match scene.blend() {
+            Blend::Over => (BlendKey::Over, None, None),
+            Blend::Mip => (BlendKey::Mip, None, None),
+            Blend::Min => (BlendKey::Min, None, None),
+            Blend::Average => (BlendKey::Average, None, None),
+            Blend::Add => (BlendKey::Add, None, None),
+            Blend::Lmip { threshold } => (BlendKey::Lmip, (threshold != f64::MIN).then_some(threshold), None),
+            Blend::Iso { level } => (BlendKey::Iso, None, Some(level)),
+            Blend::Surfaces => (BlendKey::Iso, None, None),
+        };
+        let surface = |s: &LevelSurface| LevelKeys { level: s.level(), color: s.color(), opacity: s.opacity() };
+        Self {
+            profile: Some(if scene.opengl().is_some() { ProfileKey::Opengl } else { ProfileKey::Accurate }),
+            filter: Some(filter),
+            prefilter,
+            target: Some(method.target.into()),
+            blend: Some(blend),
+            threshold,
+            level,
+            levels: (scene.blend() == Blend::Surfaces).then(|| scene.levels().iter().map(surface).collect()),
+            hit: (blend == BlendKey::Iso).then_some(scene.hit().into()),
+            linear_light: Some(scene.linear_light()),
+        }
+    }
+
+    /// Whether level surfaces are drawn.
+    pub(super) fn is_iso(&self) -> bool {
+        self.blend == Some(BlendKey::Iso)
+    }
+
     /// Whether the scene is drawn as OpenGL draws.
     pub(super) fn is_opengl(&self) -> bool {
         self.profile == Some(ProfileKey::Opengl)

@@ -52,23 +52,48 @@ pub(super) struct Data<'a> {
 
 /// The words of keys that take one of several: an enumeration for each key, whose variants are the words in kebab case.
 ///
-/// `FilterKey => Filter { Linear, Nearest }` also makes each word the variant of [`Filter`](crate::scene::Filter) that it stands
-/// for: the one of the same name, or the one behind `as`.
+/// `WrapKey => Wrap { ClampToEdge, Repeat }` also makes each word the variant of [`Wrap`](crate::scene::Wrap) that it stands
+/// for: the one of the same name, or the one behind `as`; and each variant the word for it. Where there are variants without a word,
+/// `FilterKey =>? Filter { Linear, Nearest }`, the word for a variant is an `Option`.
 macro_rules! choices {
-    ($($name:ident $(=> $scene:ident)? { $($word:ident $(as $variant:ident)?),* $(,)? })*) => {
+    ($($name:ident $(=> $scene:ident)? $(=> ? $partly:ident)? { $($word:ident $(as $variant:ident)?),* $(,)? })*) => {
         $(
-            #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Deserialize, schemars::JsonSchema)]
+            #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Deserialize, serde::Serialize, schemars::JsonSchema)]
             #[serde(rename_all = "kebab-case")]
             pub(super) enum $name { $($word),* }
-            choices!(@into $name [$($scene)?] $($word [$($variant)?])*);
+            choices!(@into $name [$($scene)? $($partly)?] $($word [$($variant)?])*);
+            choices!(@all $name [$($scene)?] $($word [$($variant)?])*);
+            choices!(@some $name [$($partly)?] $($word [$($variant)?])*);
         )*
     };
-    (@into $name:ident [] $($word:ident [$($variant:ident)?])*) => {};
+    (@into $name:ident [] $($word:ident $variant:tt)*) => {};
     (@into $name:ident [$scene:ident] $($word:ident $variant:tt)*) => {
         impl From<$name> for $scene {
             fn from(word: $name) -> Self {
                 match word {
                     $($name::$word => choices!(@variant $scene $word $variant)),*
+                }
+            }
+        }
+    };
+    (@all $name:ident [] $($word:ident $variant:tt)*) => {};
+    (@all $name:ident [$scene:ident] $($word:ident $variant:tt)*) => {
+        impl From<$scene> for $name {
+            fn from(value: $scene) -> Self {
+                match value {
+                    $(choices!(@variant $scene $word $variant) => Self::$word),*
+                }
+            }
+        }
+    };
+    (@some $name:ident [] $($word:ident $variant:tt)*) => {};
+    (@some $name:ident [$scene:ident] $($word:ident $variant:tt)*) => {
+        impl $name {
+            /// The word for `value`, where there is one.
+            fn of(value: $scene) -> Option<Self> {
+                match value {
+                    $(choices!(@variant $scene $word $variant) => Some(Self::$word),)*
+                    _ => None,
                 }
             }
         }

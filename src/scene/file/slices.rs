@@ -4,7 +4,7 @@ use super::section::{Context, Data, Given, Rivals, choices};
 use crate::Result;
 use crate::scene::{Accumulation, Blend, Ends, Method, Order, SampleAt, Scene, SlabForm, Slicing};
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 /// Error of colours that is asked for unless the scene says otherwise: one of 256 levels. Rings are gone by then.
 const USUAL_TOLERANCE: f64 = 0.004;
@@ -12,7 +12,7 @@ const USUAL_TOLERANCE: f64 = 0.004;
 /// Most slices that a spacing of half a voxel comes to.
 const MOST_USUAL: f64 = 4096.0;
 
-#[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct SliceKeys {
     /// Number of slices through the box's depth. Unless count, spacing or tolerance is given: a tolerance of 0.004, one of 256 levels, where colours are
@@ -55,6 +55,31 @@ pub(super) const RIVALS: &[Rivals] = &[
 ];
 
 impl SliceKeys {
+    /// The keys that say what the slices of `scene` are. What has no effect there is left out: the profile opengl draws every slice as a whole
+    /// slab, and slabs are merged where they are blended over each other front to back.
+    pub(super) fn of(scene: &Scene) -> Self {
+        let (count, spacing, tolerance) = match scene.slicing() {
+            Slicing::Count(n) => (Some(n), None, None),
+            Slicing::Spacing(s) => (None, Some(s), None),
+            Slicing::Tolerance(t) => (None, None, Some(t)),
+        };
+        let (m, accurate) = (scene.method(), scene.opengl().is_none());
+        let merge = m.merge && scene.blend() == Blend::Over && scene.blending_order() == Order::FrontToBack;
+        Self {
+            count,
+            spacing,
+            tolerance,
+            order: Some(scene.order().into()),
+            terminate: accurate.then_some(scene.terminate().into()),
+            slab: accurate.then_some(m.slab.into()),
+            sample: accurate.then_some(m.sample.into()),
+            ends: (accurate || m.ends == Ends::Whole).then_some(m.ends.into()),
+            accumulation: accurate.then_some(m.accumulation.into()),
+            extrapolate: accurate.then_some(m.extrapolate),
+            merge: merge.then_some(true),
+        }
+    }
+
     /// `scene` with its slices. The section `[opengl]` has been applied before, because it sets another order.
     pub(super) fn apply(&self, cx: &Context<'_>, mut scene: Scene) -> Result<Scene> {
         if scene.opengl().is_some() {

@@ -6,13 +6,13 @@ use super::schema::names;
 use super::section::{Context, Data, Given, Rivals, choices};
 use super::transfer_file::{FoundTransfer, TransferFile};
 use crate::scene::preset::{Guess, Landmarks, Preset};
-use crate::scene::{Blend, Classification, ColorMap, Lighting, Method, TransferFunction};
+use crate::scene::{Blend, Classification, ColorMap, Lighting, Method, Scene, TransferFunction};
 use crate::{Error, Result, Volume};
 use schemars::{JsonSchema, Schema, SchemaGenerator};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-#[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct TransferKeys {
     /// Ready-made transfer function; the best guess for the data where the scene has no transfer keys at all.
@@ -86,6 +86,26 @@ pub(super) const RIVALS: &[Rivals] = &[
 ];
 
 impl TransferKeys {
+    /// The keys that say what the transfer function of `scene` is, point by point. A function of value and gradient stands in its place, but
+    /// for the colours of level surfaces.
+    pub(super) fn of(scene: &Scene) -> Self {
+        let counts = scene.transfer2d().is_none() || matches!(scene.blend(), Blend::Iso { .. } | Blend::Surfaces);
+        let t = Some(scene.transfer()).filter(|_| counts);
+        let factors = t.map(TransferFunction::gradient_opacity).filter(|points| !points.is_empty());
+        Self {
+            preset: None,
+            file: None,
+            name: None,
+            colormap: None,
+            range: None,
+            color: t.map(|t| t.color().iter().map(|&(v, [r, g, b])| [v, r, g, b]).collect()),
+            opacity: t.map(|t| t.opacity().iter().map(|&(v, a)| [v, a]).collect()),
+            gradient_opacity: factors.map(|points| points.iter().map(|&(g, factor)| [g, factor]).collect()),
+            opacity_unit: t.and_then(TransferFunction::unit),
+            classification: Some(scene.method().classification.into()),
+        }
+    }
+
     /// The transfer function as far as it can be made without the volume, so that a mistake is found before one is loaded.
     pub(super) fn before_data(&self, cx: &Context<'_>) -> Result<TransferFunction> {
         let preset = self.preset(cx)?;

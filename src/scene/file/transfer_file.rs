@@ -4,11 +4,10 @@ use super::section::Context;
 use super::table::{self, Places};
 use super::{Document, MAX_BYTES, Overrides, text_of_file};
 use crate::scene::property::beyond_material;
-use crate::scene::{LightSource, Lighting, Preset, Scene, Shading, TransferFunction};
+use crate::scene::{Lighting, Preset, Scene, TransferFunction};
 use crate::transfer_io::{self, Contents, FileKind, VolumeProperty};
 use crate::volume::VolumeSource;
 use crate::{Error, Result, Volume};
-use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 /// A transfer function, its light, and what the user should hear about them, one line each.
@@ -169,47 +168,4 @@ pub fn write_transfer(name: &str, transfer: &TransferFunction, lighting: Option<
         ));
     }
     (text, lost)
-}
-
-/// `transfer` and `lighting` as the sections `[transfer]`, `[light]` and `[[lights]]` of a scene file in TOML.
-pub fn transfer_sections(transfer: &TransferFunction, lighting: Option<&Lighting>) -> String {
-    let mut text = String::from("[transfer]\n");
-    let pairs = |points: &[(f64, f64)]| points.iter().map(|(x, y)| format!("[{x:?}, {y:?}]")).collect::<Vec<_>>();
-    let colors: Vec<String> = transfer.color().iter().map(|(x, [r, g, b])| format!("[{x:?}, {r:?}, {g:?}, {b:?}]")).collect();
-    list(&mut text, "color", &colors);
-    list(&mut text, "opacity", &pairs(transfer.opacity()));
-    if !transfer.gradient_opacity().is_empty() {
-        list(&mut text, "gradient_opacity", &pairs(transfer.gradient_opacity()));
-    }
-    // Writing to a String cannot fail.
-    if let Some(unit) = transfer.unit() {
-        let _ = writeln!(text, "opacity_unit = {unit:?}");
-    }
-    let Some(l) = lighting else { return text };
-    let model = if l.shading == Shading::Depth { "depth" } else { "blinn-phong" };
-    let _ = write!(
-        text,
-        "\n[light]\nmodel = \"{model}\"\nambient = {:?}\ndiffuse = {:?}\nspecular = {:?}\nshininess = {:?}\nemission = {:?}\n\
-         two_sided = {}\ngradient_floor = {:?}\n",
-        l.ambient, l.diffuse, l.specular, l.shininess, l.emission, l.two_sided, l.gradient_floor
-    );
-    if l.lights() != Lighting::default().lights() {
-        for light in l.lights() {
-            let source = match light.source() {
-                LightSource::Head => "direction = \"head\"".into(),
-                LightSource::Direction(d) => format!("direction = {:?}", d.to_array()),
-                LightSource::Position(p) => format!("position = {:?}", p.to_array()),
-            };
-            let _ = writeln!(text, "\n[[lights]]\n{source}\ncolor = {:?}", light.color());
-        }
-    }
-    text
-}
-
-fn list(text: &mut String, key: &str, points: &[String]) {
-    let _ = writeln!(text, "{key} = [");
-    for point in points {
-        let _ = writeln!(text, "  {point},");
-    }
-    text.push_str("]\n");
 }

@@ -3,12 +3,12 @@
 use super::Place;
 use super::schema::names;
 use super::section::{Context, Given, Rivals, choices};
-use crate::Result;
 use crate::volume::io::{Endian, RawSpec};
 use crate::volume::phantom::Phantom;
 use crate::volume::{BoxConvention, Modality, Origin, VolumeSource, VoxelType};
+use crate::{Error, Result};
 use schemars::{JsonSchema, Schema, SchemaGenerator};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// Voxels along each axis of a phantom whose size is not given.
@@ -17,7 +17,7 @@ const PHANTOM_SIZE: usize = 128;
 /// Most voxels along each axis of a phantom.
 const MOST_PHANTOM_SIZE: usize = 1 << 16;
 
-#[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct VolumeKeys {
     /// File to read (NRRD, NIfTI, MetaImage, VTK, NumPy, raw), relative to the scene file.
@@ -55,7 +55,7 @@ pub(super) struct VolumeKeys {
 choices! {
     BoxKey => BoxConvention { Cells, Nodes }
     EndianKey => Endian { Little, Big }
-    ModalityKey => Modality { Ct, Mr }
+    ModalityKey =>? Modality { Ct, Mr }
 }
 
 fn phantom_names(_: &mut SchemaGenerator) -> Schema {
@@ -72,6 +72,46 @@ pub(super) const RIVALS: &[Rivals] = &[
 ];
 
 impl VolumeKeys {
+    /// The keys that say what `source` is.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for a path that is not UTF-8.
+    pub(super) fn of(source: &VolumeSource) -> Result<Self> {
+        let text = |path: &Path| match path.to_str() {
+            Some(text) => Ok(text.to_owned()),
+            None => Err(Error::invalid(format!("volume.path {}: the name is not UTF-8", path.display()))),
+        };
+        let path = source.path().map(text).transpose()?;
+        let raw = match &source.origin {
+            Origin::Raw(_, spec) => Some(spec),
+            Origin::File(_) | Origin::Phantom(..) => None,
+        };
+        // A spacing beside that of a raw file keeps the directions of its axes.
+        let spacing = match (source.spacing, raw) {
+            (Some(s), Some(raw)) => Some(std::array::from_fn(|i| s[i].copysign(s[i] * raw.spacing[i]))),
+            (s, raw) => s.or(raw.map(|r| r.spacing)),
+        };
+        let phantom = match source.origin {
+            Origin::Phantom(phantom, size) => Some((phantom, size)),
+            Origin::File(_) | Origin::Raw(..) => None,
+        };
+        Ok(Self {
+            path,
+            phantom: phantom.map(|(p, _)| p.name().to_owned()),
+            size: phantom.map(|(_, size)| size),
+            convention: Some(source.convention.into()),
+            dimensions: raw.map(|r| r.dimensions),
+            kind: raw.map(|r| r.voxel_type.name().to_owned()),
+            endian: raw.map(|r| r.endian.into()),
+            spacing,
+            origin: source.position.or(raw.map(|r| r.origin)),
+            offset: raw.map(|r| r.offset),
+            slope: source.slope,
+            intercept: source.intercept,
+            modality: source.modality.and_then(ModalityKey::of),
+        })
+    }
+
     /// The volume's origin, and what to change about it.
     pub(super) fn source(&self, cx: &Context<'_>) -> Result<VolumeSource> {
         let origin = self.origin(cx)?;

@@ -1,0 +1,135 @@
+//! What a picture says of its making.
+
+use crate::picture::Metadata;
+use crate::scene::{SceneFile, SceneFormat, write_scene};
+use crate::volume::{Origin, VolumeSource};
+use crate::{Error, Picture, Result, Scene, Volume};
+use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+const SCENE: &str = "slicestack.scene";
+const KEYS: &str = "slicestack.scene.keys";
+const VERSION: &str = "slicestack.version";
+const PIXELS: &str = "slicestack.sha256";
+const VOLUME: &str = "slicestack.volume.sha256";
+
+/// Digits of a key's value that are kept.
+const DIGITS: usize = 8;
+
+/// What a picture was made of, and by which version.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Provenance {
+    /// The scene, as the text of a scene file in TOML. Its section `[volume]` names no file.
+    pub scene: String,
+    /// The version of this crate.
+    pub version: String,
+    /// SHA-256 of the pixels in f32.
+    pub sha256: String,
+    /// Fingerprint of the volume.
+    pub volume_sha256: String,
+    /// Digits of the SHA-256 of each key's value when the picture was made.
+    keys: BTreeMap<String, String>,
+}
+
+impl Provenance {
+    /// That of `picture`, made of `scene` for `volume`, which came from `source`.
+    ///
+    /// # Errors
+    /// As [`write_scene`].
+    pub fn of(scene: &Scene, source: &VolumeSource, volume: &Volume, picture: &Picture) -> Result<Self> {
+        let scene = scene_text(scene, source)?;
+        let keys = digests(&scene)?;
+        let version = env!("CARGO_PKG_VERSION").to_owned();
+        Ok(Self { keys, scene, version, sha256: picture.sha256(), volume_sha256: volume.sha256() })
+    }
+
+    /// It as texts of a picture file.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] where a text holds a zero character.
+    pub fn metadata(&self) -> Result<Metadata> {
+        let keys: Vec<String> = self.keys.iter().map(|(key, digits)| format!("{key} {digits}\n")).collect();
+        Metadata::new()
+            .with(SCENE, self.scene.as_str())?
+            .with(KEYS, keys.concat())?
+            .with(VERSION, self.version.as_str())?
+            .with(PIXELS, self.sha256.as_str())?
+            .with(VOLUME, self.volume_sha256.as_str())
+    }
+
+    /// What the texts of a picture say of its making; `None` where there is no scene among them.
+    pub fn read(metadata: &Metadata) -> Option<Self> {
+        let text = |key: &str| metadata.get(key).unwrap_or_default().trim().to_owned();
+        let keys = metadata.get(KEYS).unwrap_or_default().lines().filter_map(|line| line.split_once(' '));
+        Some(Self {
+            scene: metadata.get(SCENE)?.to_owned(),
+            version: text(VERSION),
+            sha256: text(PIXELS),
+            volume_sha256: text(VOLUME),
+            keys: keys.map(|(key, digits)| (key.to_owned(), digits.to_owned())).collect(),
+        })
+    }
+
+    /// What the file at `path` says of its making; `None` where it says nothing.
+    ///
+    /// # Errors
+    /// As [`Metadata::open`].
+    pub fn open(path: impl AsRef<Path>) -> Result<Option<Self>> {
+        Ok(Self::read(&Metadata::open(path)?))
+    }
+
+    /// Keys of the scene whose values are not those that the picture was made with: changed, added or removed since. All of them where the
+    /// picture does not say.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] where the scene is no TOML.
+    pub fn edited_keys(&self) -> Result<Vec<String>> {
+        let now = digests(&self.scene)?;
+        let both: std::collections::BTreeSet<&String> = now.keys().chain(self.keys.keys()).collect();
+        Ok(both.into_iter().filter(|key| now.get(*key) != self.keys.get(*key)).cloned().collect())
+    }
+}
+
+/// The scene file of `scene`, without the name of a file that holds the volume.
+fn scene_text(scene: &Scene, source: &VolumeSource) -> Result<String> {
+    // A stand-in that is taken out again: a file is named by nothing.
+    const STAND_IN: &str = "volume";
+    let nameless = match source.path() {
+        Some(_) => source.clone().with_path(STAND_IN),
+        None => source.clone(),
+    };
+    let text = write_scene(scene, Some(&nameless), SceneFormat::Toml)?;
+    Ok(match nameless.origin {
+        Origin::Phantom(..) => text,
+        Origin::File(_) | Origin::Raw(..) => text.replacen(&format!("path = \"{STAND_IN}\"\n"), "", 1),
+    })
+}
+
+/// For each key of a scene in TOML digits of the SHA-256 of its value.
+fn digests(scene: &str) -> Result<BTreeMap<String, String>> {
+    let table: toml::Table = toml::from_str(scene).map_err(|e| Error::invalid(format!("the scene: {}", e.message())))?;
+    let mut found = BTreeMap::new();
+    let mut note = |key: String, value: &toml::Value| {
+        let hash: String = Sha256::digest(value.to_string()).iter().map(|b| format!("{b:02x}")).collect();
+        found.insert(key, hash[..DIGITS].to_owned());
+    };
+    for (section, value) in &table {
+        match value {
+            toml::Value::Table(inner) => inner.iter().for_each(|(key, value)| note(format!("{section}.{key}"), value)),
+            list => note(section.clone(), list),
+        }
+    }
+    Ok(found)
+}
+
+/// The scene that a picture carries, read.
+pub(super) fn scene_file(scene: &str, volume: Option<&Path>) -> Result<SceneFile> {
+    let mut overrides = crate::scene::Overrides::default();
+    if let Some(path) = volume {
+        let Some(name) = path.to_str() else { return Err(Error::invalid(format!("{}: the name is not UTF-8", path.display()))) };
+        overrides.set("volume.path", name);
+    }
+    SceneFile::parse(scene, "", &overrides)
+}
