@@ -86,6 +86,7 @@
 #[doc(hidden)]
 pub mod bench;
 mod classify;
+pub mod cut;
 mod error;
 #[cfg(feature = "explain")]
 pub mod explain;
