@@ -7,6 +7,7 @@ use super::stats::{self, Clock};
 use super::{Usage, complain};
 use anyhow::{Result, bail};
 use clap::builder::{PossibleValue, PossibleValuesParser};
+use slicestack::annotate::{annotate, check};
 use slicestack::picture::{Aov, Format, PlaneFormat};
 use slicestack::{Renderer, Settings};
 use std::io::{IsTerminal, stderr};
@@ -71,7 +72,7 @@ Examples:
 Every key of a scene file is a flag of the same name: `slicestack render --help` lists them, `slicestack schema` describes them.";
 
 /// What `--format` takes: each format by its usual extension, with the others as further names.
-fn formats() -> PossibleValuesParser {
+pub(super) fn formats() -> PossibleValuesParser {
     let value = |f: Format| PossibleValue::new(f.name()).aliases(&f.extensions()[1..]).help(f.about());
     Format::ALL.map(value).into()
 }
@@ -97,6 +98,10 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
     catch_signals()?;
 
     let scene_file = text.open(&overrides)?;
+    let annotations = scene_file.annotations();
+    if annotations.any() {
+        refuse_numbers(format)?;
+    }
     let bar = Arc::new(Bar::new());
     let settings = Settings::new()
         .threads(args.threads.map(|n| n as usize))
@@ -121,6 +126,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
     let (scene, mut warnings) = scene_file.to_scene(&volume)?;
     clock.prepare = start.elapsed().as_secs_f64();
 
+    check(&annotations, &scene)?;
     enter(Phase::Rendering);
     let mut renderer = Renderer::new(&volume, settings);
     let (mut picture, mut stats, seen) = renderer.render_with(&scene, &planes.wanted)?;
@@ -132,11 +138,15 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
     }
     bar.clear();
     warnings.extend(stats.warnings.iter().cloned());
+    let annotated = if annotations.any() { Some(annotate(&picture, &annotations, &scene, &volume)?) } else { None };
+    if let Some((_, left_out)) = &annotated {
+        warnings.extend(left_out.iter().cloned());
+    }
     warnings.iter().for_each(|w| complain("warning", w));
 
     rendered()?;
     let start = Instant::now();
-    let bytes = picture.encode(format, depth)?;
+    let bytes = annotated.as_ref().map_or(&picture, |a| &a.0).encode(format, depth)?;
     let plane_bytes = seen.iter().map(|plane| plane.encode(planes.format)).collect::<Result<Vec<_>, _>>()?;
     clock.encode = start.elapsed().as_secs_f64();
     enter(Phase::Writing);
@@ -163,6 +173,19 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
         eprint!("{}", stats::explain(&stats, &picture));
     } else if let (Sink::File(path), true) = (&sink, stderr().is_terminal()) {
         tell(path, format, clock);
+    }
+    Ok(())
+}
+
+/// Refuses annotations where pictures are arrays of numbers: whoever reads them computes with them, and ink is no result.
+///
+/// # Errors
+/// [`Usage`] for the format that holds such arrays.
+pub(super) fn refuse_numbers(format: Format) -> Result<()> {
+    if format == Format::Npy {
+        bail!(Usage(
+            "annotate: a .npy file holds numbers to compute with, nothing is drawn on them; write .png, .exr or another picture".into()
+        ));
     }
     Ok(())
 }

@@ -9,6 +9,7 @@
 //!
 //! Unknown keys are errors. An error names the file, the line and the key, or the flag that overrode it.
 
+mod annotate;
 mod camera;
 mod clip;
 mod fog;
@@ -30,7 +31,7 @@ mod volume;
 pub use schema::{Key, KeyKind, keys, schema};
 pub use transfer_file::{FoundTransfer, TransferFile, transfer_sections, write_transfer};
 
-use crate::scene::{Blend, Method};
+use crate::scene::{Annotations, Blend, Method};
 use crate::volume::VolumeSource;
 use crate::{Error, Result, Scene, Volume};
 use schemars::JsonSchema;
@@ -68,6 +69,8 @@ struct Document {
     render: render::RenderKeys,
     /// State of the OpenGL pipeline, for render.profile = "opengl".
     opengl: opengl::OpenGlKeys,
+    /// What is drawn on the finished picture; nothing unless asked for.
+    annotate: annotate::AnnotateKeys,
     /// Up to six planes that cut the box.
     clip: Vec<clip::ClipKeys>,
 }
@@ -131,6 +134,11 @@ impl SceneFile {
     /// The volume that the scene is about.
     pub fn volume(&self) -> &VolumeSource {
         &self.source
+    }
+
+    /// What is to be drawn on the finished picture.
+    pub fn annotations(&self) -> Annotations {
+        self.document.annotate.annotations()
     }
 
     /// The scene for its volume, and what the user should hear about it, one line each.
