@@ -41,8 +41,14 @@ fn cross(canvas: &mut Canvas<'_>, part: Area, right: DVec3, up: DVec3) {
     });
     // The farthest first.
     axes.sort_by(|a, b| a.2.total_cmp(&b.2));
+    // The way out between the axes, for the letter of one that points at the eye or away from it.
+    let sum = axes.iter().fold([0.0, 0.0], |s, a| [s[0] + a.1[0], s[1] + a.1[1]]);
+    let out = 0.85 * height / (sum[0] * sum[0] + sum[1] * sum[1]).sqrt().max(1e-9);
     // As large as what is drawn: the ends of the axes, and letters beyond them.
-    let reach = |[x, y]: [f64; 2]| [x * (length + 0.75 * height), y * (length + 0.75 * height)];
+    let reach = |[x, y]: [f64; 2]| {
+        let short = x * x + y * y < 0.1;
+        if short { [-sum[0] * out, -sum[1] * out] } else { [x * (length + 0.75 * height), y * (length + 0.75 * height)] }
+    };
     let bounds = axes.iter().map(|a| reach(a.1)).fold([0.0; 4], |b: [f64; 4], [x, y]| {
         [b[0].min(x - 0.5 * letter), b[1].min(y - 0.5 * height), b[2].max(x + 0.5 * letter), b[3].max(y + 0.5 * height)]
     });
@@ -57,7 +63,6 @@ fn cross(canvas: &mut Canvas<'_>, part: Area, right: DVec3, up: DVec3) {
     }
     for (n, direction, _) in axes {
         let [x, y] = reach(direction);
-        // An axis that points at the eye has its letter beside the others' start.
         let at = [from[0] + x - 0.5 * letter, from[1] + y - 0.5 * height];
         canvas.text(at, ["x", "y", "z"][n], height, true, ink);
     }

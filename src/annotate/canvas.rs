@@ -54,8 +54,8 @@ const DARK: Ink = Ink { rgb: [16; 3], edge: [250; 3] };
 const TEXT_EDGE: f32 = 0.8;
 const LINE_EDGE: f32 = 0.5;
 
-/// What a transparent pixel counts as, where inks are chosen: nobody knows what page will be behind it.
-const PAGE: f32 = 0.4;
+/// How bright a transparent pixel counts, where inks are chosen: most pages are light.
+const PAGE: f32 = 0.7;
 
 /// A layer over a picture.
 pub(super) struct Canvas<'p> {

@@ -233,7 +233,7 @@ pub(super) fn run(args: &SlicesArgs) -> Result<()> {
         .with_columns(columns)?
         .with_filter(plan.filter)
         .with_background(plan.background)
-        .map_err(|e| Usage(format!("--background: {e}")))?;
+        .map_err(|e| Usage(format!("--{e}")))?;
     if let Some((width, height)) = plan.size {
         sheet = sheet.with_size(width, height).map_err(|e| Usage(format!("--size: {e}")))?;
     }

@@ -105,7 +105,8 @@ impl Frame {
         Ok(grid.index_to_world().transform_point3(middle).dot(self.axis))
     }
 
-    /// How an offset reads: with the letter of the side it lies on, or the axis it is measured along: "S 12.5 mm", "x 3".
+    /// How an offset reads: with the letter of the side it lies on, or the axis it is measured along: "S 12.5 mm", "x 3.0"; "offset -4.0"
+    /// along an oblique normal.
     pub fn position(&self, offset: f64) -> String {
         let along = (0..3).find(|&i| self.axis[i] == 1.0);
         let unit = if self.space == Space::Unknown { "" } else { " mm" };
@@ -116,7 +117,7 @@ impl Frame {
         match (along, self.space.letters(self.axis * if offset < 0.0 { -1.0 } else { 1.0 })) {
             (Some(_), Some(letter)) => format!("{letter} {}{unit}", number(offset.abs())),
             (Some(axis), None) => format!("{} {}{unit}", ["x", "y", "z"][axis], number(offset)),
-            (None, _) => format!("{}{unit}", number(offset)),
+            (None, _) => format!("offset {}{unit}", number(offset)),
         }
     }
 }
