@@ -36,8 +36,10 @@ pub(super) fn draw(canvas: &mut Canvas<'_>, part: Area, scale: f64, space: Space
     let wanted = Area::new(part.right - margin - width, part.bottom - 2.2 * height, width, 1.7 * height);
     let Some(area) = canvas.place("scale_bar", wanted, [-1.0, 0.0], part) else { return };
     let ink = canvas.ink(area);
-    let (left, right) = (area.right - 0.5 * width - 0.5 * bar, area.right - 0.5 * width + 0.5 * bar);
-    let (y, end) = (area.bottom - 0.25 * height, 0.25 * height);
+    let left = area.right - 0.5 * width - 0.5 * bar;
+    let right = left + bar;
+    // In the middle of a row of pixels, so that a thin line is not spread over two.
+    let (y, end) = ((area.bottom - 0.25 * height).floor() + 0.5, 0.25 * height);
     let points = [[left, y - end], [left, y], [right, y], [right, y - end]];
     canvas.line(&points, ink, Canvas::line_width(height), None, 1.0);
     canvas.text([area.left + 0.5 * (width - label_width), area.top], &label, height, false, ink);

@@ -49,11 +49,14 @@ impl Mask {
         let scale = height / font.height as f64;
         let inner = [(font.width as f64 * scale).ceil() as usize, height.ceil() as usize];
         let (width, height) = (inner[0] + 2 * border, inner[1] + 2 * border);
+        // Strokes thinner than a pixel would be pale.
+        let stronger = (1.0 + 0.7 * (1.0 - scale).max(0.0)) as f32;
         let mut cover = vec![0.0; width * height];
         for y in 0..inner[1] {
             for x in 0..inner[0] {
                 let at = |p: usize| (p as f64 / scale, (p + 1) as f64 / scale);
-                cover[(y + border) * width + x + border] = if scale < 1.0 { font.mean(at(x), at(y)) } else { font.enlarged([x, y], scale) };
+                cover[(y + border) * width + x + border] =
+                    if scale < 1.0 { (stronger * font.mean(at(x), at(y))).min(1.0) } else { font.enlarged([x, y], scale) };
             }
         }
         Self { width, height, cover }
