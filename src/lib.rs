@@ -54,6 +54,8 @@
 //! | bound memory, choose threads and vector level, hear of progress | [`Settings`], [`Limits`], [`Level`] |
 //! | see how a picture comes about, step by step | [`explain`](mod@explain) |
 //! | write a picture | [`Picture::save`](picture::Picture::save), [`picture::Format`] |
+//! | cut pictures out of a volume | [`cut`] |
+//! | draw a colour bar, a scale bar, letters on a picture | [`annotate`](mod@annotate), [`scene::Annotations`] |
 //! | read a picture | [`Picture::open`](picture::Picture::open) |
 //! | hold pictures against each other, or against pictures on record | [`compare`], [`assert_golden`] |
 //! | let a picture say how it was made, and render it again | [`proof`] |
@@ -77,6 +79,7 @@
 //! | `formats` | readers for NRRD, NIfTI, MetaImage, VTK, NumPy and raw files |
 //! | `scene-file` | scenes as TOML or JSON, and their schema; takes `formats` and `encoders` with it |
 //! | `encoders` | picture files, written and read: PNG, NumPy, OpenEXR, JPEG, WebP, TIFF |
+//! | `annotate` | colour bar, scale bar, orientation letters, title, box on a finished picture |
 //! | `explain` | teaching pages; takes `encoders` with it |
 //! | `study` | error against run time, and proof of stability; takes `encoders` with it |
 //! | `cli` | the command `slicestack`, with all of the above |
@@ -85,10 +88,13 @@
 //! `slicestack = { version = "0.1", default-features = false }` is the light library: the renderer, its scenes and the built-in
 //! volumes, without the command and what it depends on (no `clap`). Any of the features can be added to it alone.
 
+#[cfg(feature = "annotate")]
+pub mod annotate;
 #[doc(hidden)]
 pub mod bench;
 mod classify;
 pub mod compare;
+pub mod cut;
 mod error;
 #[cfg(feature = "explain")]
 pub mod explain;

@@ -2,12 +2,17 @@
 //!
 //! `SLICESTACK_BLESS=1 cargo test --test goldens` makes them anew.
 
-#![cfg(feature = "encoders")]
+#![cfg(all(feature = "encoders", feature = "annotate"))]
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod scenes;
 
+use glam::DVec3;
+use slicestack::annotate::{annotate, annotate_cuts};
+use slicestack::cut::{Frame, Orientation, Sheet};
 use slicestack::picture::{Depth, Format};
+use slicestack::scene::{Annotations, Camera, ColorMap, Filter, Placement, Projection};
+use slicestack::volume::Space;
 use slicestack::{Level, Picture, Renderer, Settings};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -21,6 +26,33 @@ fn folder() -> PathBuf {
 fn render(sample: &scenes::Sample) -> Picture {
     let settings = Settings::new().level(Level::SCALAR);
     Renderer::new(&sample.volume, settings).render(&sample.scene).unwrap().0
+}
+
+/// A picture in perspective with everything on it.
+fn annotated() -> Picture {
+    let sample = scenes::samples().into_iter().find(|s| s.name == "oblique").unwrap();
+    let camera =
+        Camera::new(Placement::Orbit { azimuth: -35.0, elevation: 25.0, roll: 10.0, zoom: 0.9 }, Projection::Perspective { fov_y: 30.0 });
+    let scene = sample.scene.with_camera(camera.unwrap()).with_size(256, 192).unwrap();
+    let picture = Renderer::new(&sample.volume, Settings::new().level(Level::SCALAR)).render(&scene).unwrap().0;
+    let mut all = Annotations::new();
+    (all.colorbar, all.scale_bar, all.axes, all.box_edges) = (true, true, true, true);
+    all.title = Some("Head, oblique".into());
+    annotate(&picture, &all, &scene, &sample.volume).unwrap().0
+}
+
+/// Oblique cuts through the spline, in colours, with their positions.
+fn cuts() -> Picture {
+    let volume = scenes::samples().into_iter().find(|s| s.name == "oblique").unwrap().volume;
+    let grid = volume.grid().clone().with_space(Space::Ras);
+    let volume = volume.with_grid(grid.clone()).unwrap();
+    let orientation = Orientation::Oblique(DVec3::new(1.0, 2.0, 0.5));
+    let frame = Frame::new(&grid, orientation).unwrap();
+    let sheet = Sheet::new(&grid, orientation, vec![frame.offset_at(&grid, 0.4), frame.offset_at(&grid, 0.6)]).unwrap();
+    let sheet = sheet.with_columns(2).unwrap().with_filter(Filter::CUBIC).with_colors(ColorMap::Viridis).with_size(258, 128).unwrap();
+    let mut some = Annotations::new();
+    (some.position, some.scale_bar, some.axes) = (true, true, true);
+    annotate_cuts(&sheet.draw(&volume).unwrap(), &some).unwrap().0
 }
 
 /// Largest difference of a picture's 8-bit components to those of a PNG.
@@ -40,7 +72,8 @@ fn difference(picture: &Picture, png: &Path) -> String {
 #[test]
 fn pictures_are_those_on_record() {
     let list = folder().join("sha256.txt");
-    let pictures: Vec<(&str, Picture)> = scenes::samples().iter().map(|s| (s.name, render(s))).collect();
+    let rendered = scenes::samples().into_iter().map(|s| (s.name, render(&s)));
+    let pictures: Vec<(&str, Picture)> = rendered.chain([("annotated", annotated()), ("cuts-annotated", cuts())]).collect();
     assert!(pictures.len() >= 32);
     if std::env::var_os("SLICESTACK_BLESS").is_some() {
         fs::create_dir_all(folder()).unwrap();

@@ -7,10 +7,10 @@ mod scenes;
 use glam::{DMat4, DVec3, DVec4};
 use proptest::prelude::*;
 use slicestack::scene::{
-    Accumulation, AlphaTest, Arithmetic, Blend, BlendFunction, Camera, Classification, ClipPlane, Compare, Ends, Environment, Equation,
-    Factor, Filter, Fog, FogDistance, FogEvaluation, FogMode, FogWeighting, Gradient, Hit, LevelSurface, Light, LightSource, Lighting,
-    Method, OpenGl, Order, Overrides, Placement, Projection, Region, SampleAt, SceneFile, SceneFormat, Scissor, Shading, Shape, SlabForm,
-    Slicing, Straight, TableColors, Target, TextureFormat, Transfer2d, TransferFunction, Wrap, keys, write_scene,
+    Accumulation, AlphaTest, Annotations, Arithmetic, Blend, BlendFunction, Camera, Classification, ClipPlane, Compare, Ends, Environment,
+    Equation, Factor, Filter, Fog, FogDistance, FogEvaluation, FogMode, FogWeighting, Gradient, Hit, LevelSurface, Light, LightSource,
+    Lighting, Method, OpenGl, Order, Overrides, Placement, Projection, Region, SampleAt, SceneFile, SceneFormat, Scissor, Shading, Shape,
+    SlabForm, Slicing, Straight, TableColors, Target, TextureFormat, Transfer2d, TransferFunction, Wrap, keys, write_scene,
 };
 use slicestack::volume::io::{Endian, RawSpec};
 use slicestack::volume::phantom::Phantom;
@@ -332,11 +332,11 @@ proptest! {
     fn any_scene_reads_back_as_it_is(seed in any::<u64>()) {
         let (scene, volume) = (random(seed), volume());
         for format in [SceneFormat::Toml, SceneFormat::Json] {
-            let text = write_scene(&scene, None, format).unwrap();
+            let text = write_scene(&scene, None, &Annotations::new(), format).unwrap();
             let back = read(&text, &volume);
             prop_assert_eq!(&back, &with_unused_from(&scene, &back), "{}", text);
             // A text written again is the same text.
-            prop_assert_eq!(write_scene(&back, None, format).unwrap(), text);
+            prop_assert_eq!(write_scene(&back, None, &Annotations::new(), format).unwrap(), text);
         }
     }
 }
@@ -345,7 +345,7 @@ proptest! {
 fn scenes_on_record_give_the_same_pictures() {
     let mut rendered = 0;
     for sample in scenes::samples() {
-        let text = write_scene(&sample.scene, None, SceneFormat::Toml).unwrap();
+        let text = write_scene(&sample.scene, None, &Annotations::new(), SceneFormat::Toml).unwrap();
         let back = read(&text, &sample.volume);
         if back == sample.scene {
             continue;
@@ -378,13 +378,13 @@ fn volumes_read_back_too() {
     let scene = random(1);
     for source in sources() {
         for format in [SceneFormat::Toml, SceneFormat::Json] {
-            let text = write_scene(&scene, Some(&source), format).unwrap();
+            let text = write_scene(&scene, Some(&source), &Annotations::new(), format).unwrap();
             let file = SceneFile::parse(&text, "", &Overrides::default()).unwrap();
             assert_eq!(file.volume(), &source, "{text}");
         }
     }
     let mixed = VolumeSource::new(Origin::Raw("v.raw".into(), RawSpec::new([1; 3], VoxelType::U8).with_spacing([1.0, -2.0, 3.0])));
-    let text = write_scene(&scene, Some(&mixed.with_spacing([5.0, 6.0, -7.0])), SceneFormat::Toml).unwrap();
+    let text = write_scene(&scene, Some(&mixed.with_spacing([5.0, 6.0, -7.0])), &Annotations::new(), SceneFormat::Toml).unwrap();
     assert!(text.contains("spacing = [5.0, -6.0, -7.0]"), "{text}");
 }
 
@@ -403,8 +403,8 @@ fn every_key_is_written_when_it_is_set() {
             }
         }
     };
-    (0..400).for_each(|seed| note(&write_scene(&random(seed), None, SceneFormat::Toml).unwrap()));
-    sources().iter().for_each(|source| note(&write_scene(&random(0), Some(source), SceneFormat::Toml).unwrap()));
+    (0..400).for_each(|seed| note(&write_scene(&random(seed), None, &Annotations::new(), SceneFormat::Toml).unwrap()));
+    sources().iter().for_each(|source| note(&write_scene(&random(0), Some(source), &Annotations::new(), SceneFormat::Toml).unwrap()));
     let known: BTreeSet<String> = keys().iter().map(|k| k.path.clone()).filter(|k| !RESOLVED.contains(&k.as_str())).collect();
     let missing: Vec<_> = known.difference(&written).collect();
     let unknown: Vec<_> = written.difference(&known).collect();
@@ -416,7 +416,7 @@ fn tables_too_large_for_a_scene_file_are_refused() {
     let colors = vec![[0.1f32, 0.2, 0.3, 0.4]; 1024 * 1024];
     let table = Transfer2d::table((1024, 1024), &colors, [0.0, 1.0], [0.0, 1.0]).unwrap();
     let scene = Scene::new(transfer(&mut Dice(1))).with_transfer2d(Some(table)).unwrap();
-    let line = write_scene(&scene, None, SceneFormat::Toml).unwrap_err().to_string();
+    let line = write_scene(&scene, None, &Annotations::new(), SceneFormat::Toml).unwrap_err().to_string();
     assert!(line.starts_with("scene: bytes of its file: ") && line.contains("over the limit of 16777216"), "{line}");
     let uneven = "[transfer2d]\ntable = [[[0, 0, 0, 0], [1, 1, 1, 1]], [[0, 0, 0, 0]]]\nrange = [0, 1]\ngradient_range = [0, 1]\n";
     let line = SceneFile::parse(uneven, "", &of_some_volume()).unwrap_err().to_string();

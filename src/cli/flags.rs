@@ -126,6 +126,8 @@ fn augment(command: Command, wanted: fn(&Key) -> bool) -> Command {
         command.arg(match &key.kind {
             KeyKind::Text(words) if words.is_empty() => arg.value_name("TEXT"),
             KeyKind::Text(words) => arg.value_name("WORD").value_parser(PossibleValuesParser::new(words.iter().map(String::as_str))),
+            // The flag alone says true.
+            KeyKind::Truth => arg.value_name("true|false").allow_hyphen_values(false).num_args(0..=1).default_missing_value("true"),
             KeyKind::List if key.path == "clip" => arg.value_name(CLIP),
             KeyKind::List if key.path == MATRIX => arg.value_name("16 NUMBERS"),
             KeyKind::List => arg.value_name("A,B,..."),

@@ -21,6 +21,7 @@ mod saved;
 mod scene;
 mod schema;
 mod show;
+mod slices;
 mod stats;
 mod tf;
 mod turntable;
@@ -46,6 +47,7 @@ Examples:
   slicestack render head.nrrd -o head.png             a picture with the preset that fits best
   slicestack render head.nrrd --preset mr-brain --azimuth 60 --size 800x600
   slicestack render scene.toml --slices.count 512     a scene file, one of its keys overridden
+  slicestack slices head.nrrd --montage 4x5           cut pictures through it
   slicestack explain scene.toml -o page               a page that shows how the picture comes about
   slicestack help render                              every flag, and more examples
   slicestack help opengl                              flags of the profile opengl";
@@ -54,6 +56,8 @@ Examples:
 enum Verb {
     /// Make a picture of a scene or a volume.
     Render(Box<render::RenderArgs>),
+    /// Make cut pictures through a volume: axial, coronal, sagittal or oblique, one or many.
+    Slices(Box<slices::SlicesArgs>),
     /// Write a page that leads through a scene step by step.
     Explain(Box<explain::ExplainArgs>),
     /// Measure what error costs in time for a scene, method by method; or what holds in extreme cases.
@@ -115,6 +119,7 @@ pub(crate) fn run() -> ExitCode {
     };
     let done = match cli.verb {
         Verb::Render(args) => render::run(&args),
+        Verb::Slices(args) => slices::run(&args),
         Verb::Explain(args) => explain::run(&args),
         Verb::Report(args) => report::run(&args),
         Verb::Animate(args) => animate::run(&args),

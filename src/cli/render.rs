@@ -8,6 +8,7 @@ use super::stats::{self, Clock};
 use super::{Usage, complain, show};
 use anyhow::{Result, bail};
 use clap::builder::{PossibleValue, PossibleValuesParser};
+use slicestack::annotate::{annotate, check};
 use slicestack::picture::{Aov, Depth, Format, Metadata, PlaneFormat};
 use slicestack::proof::Provenance;
 use slicestack::scene::ResolvedScene;
@@ -82,7 +83,7 @@ Examples:
 Every key of a scene file is a flag of the same name: `slicestack render --help` lists them, `slicestack schema` describes them.";
 
 /// What `--format` takes: each format by its usual extension, with the others as further names.
-fn formats() -> PossibleValuesParser {
+pub(super) fn formats() -> PossibleValuesParser {
     let value = |f: Format| PossibleValue::new(f.name()).aliases(&f.extensions()[1..]).help(f.about());
     Format::ALL.map(value).into()
 }
@@ -121,6 +122,10 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
     catch_signals()?;
 
     let scene_file = text.open(&overrides)?;
+    let annotations = scene_file.annotations();
+    if annotations.any() {
+        refuse_numbers(format)?;
+    }
     let bar = Arc::new(Bar::new());
     let settings = Settings::new()
         .threads(args.threads.map(|n| n as usize))
@@ -148,6 +153,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
     let ResolvedScene { scene, mut warnings, notes, .. } = scene_file.resolve(&volume)?;
     clock.prepare = start.elapsed().as_secs_f64();
 
+    check(&annotations, &scene)?;
     enter(Phase::Rendering);
     let mut renderer = Renderer::new(&volume, settings);
     let (mut picture, mut stats, seen) = renderer.render_with(&scene, &planes.wanted)?;
@@ -160,11 +166,15 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
     bar.clear();
     warnings.extend(stats.warnings.iter().cloned());
     notes.iter().for_each(|note| complain("note", note));
+    let annotated = if annotations.any() { Some(annotate(&picture, &annotations, &scene, &volume)?) } else { None };
+    if let Some((_, left_out)) = &annotated {
+        warnings.extend(left_out.iter().cloned());
+    }
     warnings.iter().for_each(|w| complain("warning", w));
 
     rendered()?;
     let start = Instant::now();
-    let metadata = if args.no_metadata || !format.carries_metadata() {
+    let metadata = if args.no_metadata || !format.carries_metadata() || annotated.is_some() {
         Metadata::new()
     } else {
         // A table too large for a scene file is the one thing that a picture cannot carry.
@@ -176,8 +186,9 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
             provenance => provenance?.metadata()?,
         }
     };
-    let bytes = picture.encode_with(format, depth, &metadata)?;
-    let saved = saved.map(|saved| Ok::<_, anyhow::Error>((saved.text(&scene, scene_file.volume())?, saved.sink))).transpose()?;
+    let bytes = annotated.as_ref().map_or(&picture, |a| &a.0).encode_with(format, depth, &metadata)?;
+    let saved =
+        saved.map(|saved| Ok::<_, anyhow::Error>((saved.text(&scene, scene_file.volume(), &annotations)?, saved.sink))).transpose()?;
     let plane_bytes = seen.iter().map(|plane| plane.encode(planes.format)).collect::<Result<Vec<_>, _>>()?;
     clock.encode = start.elapsed().as_secs_f64();
     enter(Phase::Writing);
@@ -215,6 +226,19 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
         eprint!("{}", stats::explain(&stats, &picture));
     } else if let (Sink::File(path), true) = (&sink, stderr().is_terminal()) {
         tell(path, format, clock);
+    }
+    Ok(())
+}
+
+/// Refuses annotations where pictures are arrays of numbers: whoever reads them computes with them, and ink is no result.
+///
+/// # Errors
+/// [`Usage`] for the format that holds such arrays.
+pub(super) fn refuse_numbers(format: Format) -> Result<()> {
+    if format == Format::Npy {
+        bail!(Usage(
+            "annotate: a .npy file holds numbers to compute with, nothing is drawn on them; write .png, .exr or another picture".into()
+        ));
     }
     Ok(())
 }

@@ -4,7 +4,7 @@ use super::Usage;
 use super::output::Sink;
 use anyhow::{Result, bail};
 use slicestack::Scene;
-use slicestack::scene::{SceneFormat, write_scene};
+use slicestack::scene::{Annotations, SceneFormat, write_scene};
 use slicestack::volume::VolumeSource;
 use std::path::{Component, Path, PathBuf};
 
@@ -33,12 +33,12 @@ impl SavedScene {
     ///
     /// # Errors
     /// As [`write_scene`].
-    pub(super) fn text(&self, scene: &Scene, source: &VolumeSource) -> Result<String> {
+    pub(super) fn text(&self, scene: &Scene, source: &VolumeSource, annotations: &Annotations) -> Result<String> {
         let source = match source.path() {
             Some(volume) => source.clone().with_path(relative(volume, &self.path)),
             None => source.clone(),
         };
-        let text = write_scene(scene, Some(&source), self.format)?;
+        let text = write_scene(scene, Some(&source), annotations, self.format)?;
         Ok(if self.format == SceneFormat::Toml { HEAD.to_owned() + &text } else { text })
     }
 }

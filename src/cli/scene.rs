@@ -184,12 +184,11 @@ fn shorthands(args: &SceneArgs, overrides: &mut Overrides) -> Result<()> {
         }
     }
     if let Some(size) = &args.size {
-        let Some((width, height)) = size.split_once(['x', 'X']).filter(|(w, h)| w.parse::<u32>().is_ok() && h.parse::<u32>().is_ok())
-        else {
+        let Some((width, height)) = sides(size) else {
             bail!(Usage(format!("--size {size}: write WIDTHxHEIGHT, such as 800x600")));
         };
-        overrides.set("image.width", width);
-        overrides.set("image.height", height);
+        overrides.set("image.width", width.to_string());
+        overrides.set("image.height", height.to_string());
     }
     if let Some(text) = &args.background {
         overrides.set("image.background", background(text)?);
@@ -197,8 +196,14 @@ fn shorthands(args: &SceneArgs, overrides: &mut Overrides) -> Result<()> {
     Ok(())
 }
 
+/// Two whole numbers with an x between them.
+pub(super) fn sides(text: &str) -> Option<(u32, u32)> {
+    let (width, height) = text.split_once(['x', 'X'])?;
+    Some((width.parse().ok()?, height.parse().ok()?))
+}
+
 /// A background as the list that a scene file has: opaque unless it says otherwise.
-fn background(text: &str) -> Result<String> {
+pub(super) fn background(text: &str) -> Result<String> {
     let list = color_list("background", text)?;
     let refused = || Usage(format!("--background {text}: write a colour's name, #rgb, #rrggbb, or r,g,b,a from 0 to 1"));
     let numbers: Vec<f64> = list.split(',').map(|n| n.trim().parse().map_err(|_| refused())).collect::<Result<_, _>>()?;

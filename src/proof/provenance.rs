@@ -1,7 +1,7 @@
 //! What a picture says of its making.
 
 use crate::picture::Metadata;
-use crate::scene::{SceneFile, SceneFormat, write_scene};
+use crate::scene::{Annotations, SceneFile, SceneFormat, write_scene};
 use crate::volume::{Origin, VolumeSource};
 use crate::{Error, Picture, Result, Scene, Volume};
 use sha2::{Digest, Sha256};
@@ -100,7 +100,7 @@ fn scene_text(scene: &Scene, source: &VolumeSource) -> Result<String> {
         Some(_) => source.clone().with_path(STAND_IN),
         None => source.clone(),
     };
-    let text = write_scene(scene, Some(&nameless), SceneFormat::Toml)?;
+    let text = write_scene(scene, Some(&nameless), &Annotations::new(), SceneFormat::Toml)?;
     Ok(match nameless.origin {
         Origin::Phantom(..) => text,
         Origin::File(_) | Origin::Raw(..) => text.replacen(&format!("path = \"{STAND_IN}\"\n"), "", 1),

@@ -1,5 +1,6 @@
 //! What to picture: plain data with checked invariants. How to run it is [`crate::Settings`]; nothing there may change a pixel.
 
+mod annotations;
 mod camera;
 mod clip;
 mod color;
@@ -25,6 +26,7 @@ mod transfer;
 mod transfer2d;
 
 pub use crate::picture::MAX_SIDE;
+pub use annotations::Annotations;
 pub use camera::{Camera, Placement, Projection, View};
 pub use clip::{ClipPlane, MAX_CLIP_PLANES};
 pub use color::{Premultiplied, Straight};

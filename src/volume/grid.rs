@@ -43,6 +43,23 @@ impl Space {
             Self::Lps | Self::Unknown => (DVec3::NEG_Y, DVec3::Z),
         }
     }
+
+    /// The letters that radiologists write where a picture ends in `direction` (a world vector of any length but 0): R, L for the subject's
+    /// right and left, A, P for front and back, S, I for up and down. Up to three, the nearest direction first; directions more than about 75
+    /// degrees away are left out. `None` for an unknown space and the vector 0.
+    pub fn letters(self, direction: DVec3) -> Option<String> {
+        let unit = direction.try_normalize()?;
+        let names = match self {
+            Self::Unknown => return None,
+            Self::Ras => [['R', 'L'], ['A', 'P'], ['S', 'I']],
+            Self::Lps => [['L', 'R'], ['P', 'A'], ['S', 'I']],
+        };
+        let mut parts: Vec<(f64, char)> =
+            (0..3).map(|axis| (unit[axis].abs(), names[axis][usize::from(unit[axis] < 0.0)])).filter(|part| part.0 > 0.25).collect();
+        // Stable: of equal parts the earlier axis comes first.
+        parts.sort_by(|a, b| b.0.total_cmp(&a.0));
+        Some(parts.into_iter().map(|part| part.1).collect())
+    }
 }
 
 /// Geometry of a regular grid of voxels.

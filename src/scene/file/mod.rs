@@ -12,6 +12,7 @@
 //! Unknown keys are errors. An error names the file, the line and the key, or the flag that overrode it.
 
 mod animation;
+mod annotate;
 mod camera;
 mod clip;
 mod fog;
@@ -37,7 +38,7 @@ pub use schema::{Key, KeyKind, keys, schema};
 pub use transfer_file::{FoundTransfer, TransferFile, write_transfer};
 pub use write::{SceneFormat, transfer_sections, write_scene};
 
-use crate::scene::{Blend, Camera, Method};
+use crate::scene::{Annotations, Blend, Camera, Method};
 use crate::volume::io::Endian;
 use crate::volume::plausible::Doubt;
 use crate::volume::{Origin, VolumeSource};
@@ -88,6 +89,9 @@ struct Document {
     /// State of the OpenGL pipeline, for render.profile = "opengl".
     #[serde(skip_serializing_if = "is_default")]
     opengl: opengl::OpenGlKeys,
+    /// What is drawn on the finished picture; nothing unless asked for.
+    #[serde(skip_serializing_if = "is_default")]
+    annotate: annotate::AnnotateKeys,
     /// Up to six planes that cut the box.
     #[serde(skip_serializing_if = "is_default")]
     clip: Vec<clip::ClipKeys>,
@@ -157,6 +161,11 @@ impl SceneFile {
     /// The volume that the scene is about.
     pub fn volume(&self) -> &VolumeSource {
         &self.source
+    }
+
+    /// What is to be drawn on the finished picture.
+    pub fn annotations(&self) -> Annotations {
+        self.document.annotate.annotations()
     }
 
     /// The scene for its volume, and warnings, one line each: [`SceneFile::resolve`] without its notes.

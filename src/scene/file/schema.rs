@@ -12,8 +12,10 @@ use std::sync::OnceLock;
 pub enum KeyKind {
     /// Text; where the list is not empty, one of these words.
     Text(Vec<String>),
-    /// A number, a truth value.
+    /// A number.
     Scalar,
+    /// True or false.
+    Truth,
     /// A list of numbers, or of lists or tables of them.
     List,
 }
@@ -92,6 +94,7 @@ fn kind(schema: &Value) -> KeyKind {
             KeyKind::Text(words.filter_map(|w| w.as_str().map(str::to_owned)).collect())
         }
         Some("array") => KeyKind::List,
+        Some("boolean") => KeyKind::Truth,
         _ => KeyKind::Scalar,
     }
 }

@@ -4,8 +4,8 @@
 //! depends on the data when a file is read (a preset, a colour map's range, the zoom that fits, a surface's level) is written as what it came
 //! to, so that the text gives the same scene whatever later versions would choose.
 
-use super::{Document, MAX_BYTES, camera, clip, fog, image, light, opengl, render, slices, transfer, transfer2d, volume};
-use crate::scene::{Lighting, Scene, TransferFunction};
+use super::{Document, MAX_BYTES, annotate, camera, clip, fog, image, light, opengl, render, slices, transfer, transfer2d, volume};
+use crate::scene::{Annotations, Lighting, Scene, TransferFunction};
 use crate::volume::VolumeSource;
 use crate::{Error, Result};
 use serde_json::Value;
@@ -38,7 +38,7 @@ impl SceneFormat {
     }
 }
 
-/// `scene` and the volume it is about as the text of a scene file; without a volume its section is left out, and whoever reads the text names
+/// `scene`, the volume it is about and what is drawn on its picture as the text of a scene file; without a volume its section is left out, and whoever reads the text names
 /// one ([`super::Overrides`]). The path of a volume is written as it stands in `volume`: readers take it relative to the file.
 ///
 /// [`super::SceneFile`] reads it as a scene equal to `scene`, whatever the volume, but for parts that have no effect on its pictures: a
@@ -48,8 +48,8 @@ impl SceneFormat {
 /// # Errors
 /// [`Error::Invalid`] for a path that is not UTF-8 and for a number that TOML cannot hold; [`Error::Limit`] where a table of value and gradient
 /// is too large for a scene file, which has 16 MiB at most.
-pub fn write_scene(scene: &Scene, volume: Option<&VolumeSource>, format: SceneFormat) -> Result<String> {
-    Document::of(scene, volume)?.text(format)
+pub fn write_scene(scene: &Scene, volume: Option<&VolumeSource>, annotations: &Annotations, format: SceneFormat) -> Result<String> {
+    Document { annotate: annotate::AnnotateKeys::of(annotations), ..Document::of(scene, volume)? }.text(format)
 }
 
 /// `transfer` and `lighting` as the sections `[transfer]`, `[light]` and `[[lights]]` of a scene file in TOML.
@@ -81,6 +81,7 @@ impl Document {
             render: render::RenderKeys::of(scene),
             opengl: opengl::OpenGlKeys::of(scene),
             clip: clip::of(scene),
+            annotate: annotate::AnnotateKeys::default(),
         })
     }
 
