@@ -64,6 +64,7 @@ fn cross(canvas: &mut Canvas<'_>, part: Area, right: DVec3, up: DVec3) {
     for (n, direction, _) in axes {
         let [x, y] = reach(direction);
         let at = [from[0] + x - 0.5 * letter, from[1] + y - 0.5 * height];
+        let ink = canvas.ink(Area::new(at[0], at[1], letter, height));
         canvas.text(at, ["x", "y", "z"][n], height, true, ink);
     }
 }
