@@ -1,5 +1,7 @@
 //! What fills the picture: closed forms for blocks of voxels, and properties over random views.
 
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
+
 use glam::DVec3;
 use slicestack::scene::{Blend, Camera, ClipPlane, Placement, Projection, Scene, TransferFunction, Visible};
 use slicestack::volume::{Grid, Voxels};

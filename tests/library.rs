@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use slicestack::picture::Depth;
-use slicestack::scene::Preset;
+use slicestack::scene::{Preset, Slicing};
 use slicestack::volume::VoxelType;
 use slicestack::volume::io::{RawSpec, read_raw};
 use slicestack::volume::phantom::Phantom;
@@ -24,9 +24,11 @@ fn command(dir: &Path, args: &[&str]) -> Vec<u8> {
     fs::read(dir.join("command.npy")).unwrap()
 }
 
-/// The picture that the library makes with nothing said but the transfer function and the size, as the bytes of a NumPy file.
+/// The picture that the library makes of a transfer function in what the command begins with: what shows fills the picture, in slices to a tolerance. As
+/// the bytes of a NumPy file.
 fn library(dir: &Path, volume: &Volume, scene: Scene) -> Vec<u8> {
-    let picture = render(volume, &scene.with_size(40, 32).unwrap()).unwrap();
+    let scene = scene.with_size(40, 32).unwrap().with_slices(Slicing::Tolerance(0.004)).unwrap().framed(volume, 1.0);
+    let picture = render(volume, &scene).unwrap();
     assert!(picture.pixels().iter().any(|p| p[3] > 0.01), "something is to be seen");
     picture.save(dir.join("library.npy"), Depth::Eight).unwrap();
     fs::read(dir.join("library.npy")).unwrap()

@@ -53,7 +53,7 @@ fn private_volume(dir: &Path) -> &'static str {
 const SMALL: [&str; 4] = ["--size", "24x20", "--count", "24"];
 
 fn render<'a>(input: &'a str, more: &[&'a str]) -> Vec<&'a str> {
-    [&["render", input], &SMALL[..], more].concat()
+    [&["render", input, "--camera.fit", "box"], &SMALL[..], more].concat()
 }
 
 #[test]

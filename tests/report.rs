@@ -8,8 +8,21 @@ use std::path::Path;
 use std::process::{Command, Output};
 use tempfile::TempDir;
 
-const TINY: [&str; 11] =
-    ["report", "--volume.phantom", "marschner-lobb", "--volume.size", "16", "--size", "40x32", "--slices.count", "64", "--budget", "1.5"];
+const TINY: [&str; 13] = [
+    "report",
+    "--volume.phantom",
+    "marschner-lobb",
+    "--volume.size",
+    "16",
+    "--size",
+    "40x32",
+    "--slices.count",
+    "64",
+    "--budget",
+    "1.5",
+    "--camera.fit",
+    "box",
+];
 
 fn run(dir: &Path, args: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_slicestack")).args(args).current_dir(dir).output().unwrap()
@@ -176,7 +189,7 @@ fn lit_scenes_tell_what_each_kind_of_gradient_costs() {
 #[test]
 fn scenes_of_surfaces_tell_refined_hits_from_first_samples() {
     let dir = dir();
-    let scene = "[volume]\nphantom = \"cloud\"\nsize = 24\n[image]\nwidth = 40\nheight = 32\n[slices]\ncount = 64\n[render]\n\
+    let scene = "[volume]\nphantom = \"cloud\"\nsize = 24\n[camera]\nfit = \"box\"\n[image]\nwidth = 40\nheight = 32\n[slices]\ncount = 64\n[render]\n\
                  blend = \"iso\"\nlevels = [{ level = 0.3, color = [0.9, 0.4, 0.3] }, { level = 0.15, color = [0.3, 0.8, 0.4], opacity = 0.4 }]\n";
     fs::write(dir.path().join("s.toml"), scene).unwrap();
     let methods = "midpoint,pre-integrated,cubic";

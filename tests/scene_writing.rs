@@ -405,6 +405,9 @@ fn every_key_is_written_when_it_is_set() {
     };
     (0..400).for_each(|seed| note(&write_scene(&random(seed), None, &Annotations::new(), SceneFormat::Toml).unwrap()));
     sources().iter().for_each(|source| note(&write_scene(&random(0), Some(source), &Annotations::new(), SceneFormat::Toml).unwrap()));
+    let mut all = Annotations::new();
+    (all.colorbar, all.scale_bar, all.axes, all.box_edges, all.title) = (true, true, true, true, Some("a title".into()));
+    note(&write_scene(&random(0), None, &all, SceneFormat::Toml).unwrap());
     let known: BTreeSet<String> = keys().iter().map(|k| k.path.clone()).filter(|k| !RESOLVED.contains(&k.as_str())).collect();
     let missing: Vec<_> = known.difference(&written).collect();
     let unknown: Vec<_> = written.difference(&known).collect();

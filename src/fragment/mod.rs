@@ -37,7 +37,9 @@ pub(crate) use correct::{Correct, CorrectRiemann};
 pub(crate) use cubic::FetchCubic;
 pub(crate) use fetch::{FetchAny, FetchCorners, FetchNearest, FetchPacked8, FetchPacked16, FetchPairs8, FetchPairs16, FetchPairs32, Guard};
 pub(crate) use frame::{BlendFrame, ColorFrame, FogFrame, Frame, SampleFrame};
-pub(crate) use gradient::{GradientFrame, index_of};
+pub(crate) use gradient::GradientFrame;
+#[cfg(feature = "explain")]
+pub(crate) use gradient::index_of;
 pub(crate) use gradient_opacity::OpacityFrame;
 pub(crate) use light::LightingFrame;
 pub(crate) use pair::{BEHIND, ClassifyPair, KeepValue};

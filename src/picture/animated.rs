@@ -243,7 +243,8 @@ mod tests {
         let pixels = (0..40 * 30)
             .map(|i| {
                 let (x, y) = (f64::from(i % 40), f64::from(i / 40));
-                let inside = (x - 8.0 - f64::from(n)).powi(2) + (y - 15.0).powi(2) < 60.0;
+                let (dx, dy) = (x - 8.0 - f64::from(n), y - 15.0);
+                let inside = dx * dx + dy * dy < 60.0;
                 if inside { [(x / 40.0) as f32, (y / 30.0) as f32, 0.3, 1.0] } else { [0.0; 4] }
             })
             .collect();

@@ -10,9 +10,9 @@ pub mod io;
 mod joint_histogram;
 pub(crate) mod packed;
 pub mod phantom;
-#[cfg(feature = "formats")]
 #[cfg(feature = "scene-file")]
 pub(crate) mod plausible;
+#[cfg(feature = "formats")]
 mod source;
 pub(crate) mod spline;
 mod stats;

@@ -82,7 +82,7 @@ impl Animation {
                 Some(Value::Float(t)) => t,
                 _ => return Err(format!("key[{n}]: needs time, a number of seconds")),
             };
-            if !(time >= 0.0 && time <= LONGEST) || time <= last || (n == 0 && time != 0.0) {
+            if !(0.0..=LONGEST).contains(&time) || time <= last || (n == 0 && time != 0.0) {
                 return Err(format!("key[{n}].time = {time}: times begin at 0 and rise, up to {LONGEST}"));
             }
             last = time;
@@ -247,7 +247,7 @@ mod tests {
         assert_eq!([0.0, 0.5, 1.0, 2.0, 2.5, 3.0].map(|t| number(t, "camera.azimuth")), [0.0, 45.0, 90.0, 180.0, 270.0, 360.0]);
         assert_eq!([0.0, 1.0, 3.0].map(|t| number(t, "camera.elevation")), [10.0; 3]);
         assert_eq!([0.0, 1.9, 2.0, 3.0].map(|t| at(t, "fog.mode")), ["none", "none", "exp", "exp"]);
-        assert_eq!(at(1.0, "transfer.opacity").replace(' ', ""), "[[0.5,0.0],[1.5,0.75]]".replace(' ', ""));
+        assert_eq!(at(1.0, "transfer.opacity").replace(' ', ""), "[[0.5,0],[1.5,0.75]]");
         let clip: Table = toml::from_str(&format!("clip = {}", at(2.5, "clip"))).expect("a list");
         assert_eq!(clip["clip"][0]["offset"].as_float().or(clip["clip"][0]["offset"].as_integer().map(|n| n as f64)), Some(6.0));
         // Slow at both ends.

@@ -1,7 +1,7 @@
 //! What kind of values a volume holds, where its file does not say; and the preset to begin with.
 
 use super::Preset;
-use crate::volume::{Modality, Space, with_voxels};
+use crate::volume::{Modality, Number, Space, with_voxels};
 use crate::{Result, Volume};
 
 /// Most values that are looked at.
@@ -58,7 +58,7 @@ impl Sorted {
         let (slope, intercept) = volume.rescale();
         let mut values: Vec<f64> = with_voxels!(volume.voxels(), v => {
             let step = v.len().div_ceil(SAMPLE) | 1;
-            v.iter().step_by(step).map(|x| slope * crate::lanes::Number::to_f64(*x) + intercept).filter(|x| x.is_finite()).collect()
+            v.iter().step_by(step).map(|x| slope * Number::to_f64(*x) + intercept).filter(|x| x.is_finite()).collect()
         });
         values.sort_by(f64::total_cmp);
         Self(values)
