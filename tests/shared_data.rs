@@ -7,6 +7,8 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot read or write its file shall stop")]
 
 use glam::{DAffine3, DMat3, DVec3};
+use slicestack::scene::Preset;
+use slicestack::scene::preset::{Guess, Kind};
 use slicestack::volume::io::{self, Endian, Format, RawSpec};
 use slicestack::volume::{BoxConvention, Space, VoxelType};
 use slicestack::{Limits, Volume};
@@ -294,4 +296,38 @@ fn dicom_archive_is_refused_clearly() {
     let Some(path) = data("lidc_chest_dicom/LIDC-IDRI-0314_every6th.tar.gz") else { return };
     let message = Volume::open(&path).unwrap_err().to_string();
     assert!(message.contains("DICOM") && message.contains("not supported"), "{message}");
+}
+
+/// What each volume is taken for, and begins with: decided by header, values and axes.
+#[test]
+fn what_volumes_are_taken_for() {
+    for (file, kind, preset) in [
+        ("abdomen_ct_nifti/example_ct.nii.gz", Kind::Hounsfield, Preset::CtBone),
+        ("avg152t1_nifti_be/avg152T1_RL_nifti.nii.gz", Kind::Mr, Preset::MrBrain),
+        ("mni152/mni_icbm152_t1_tal_nlin_sym_09a_converted.nii.gz", Kind::Mr, Preset::MrBrain),
+        ("brain1_nrrd/brain1_image.nrrd", Kind::Mr, Preset::MrBrain),
+        ("flair_nrrd/FLAIR.nrrd", Kind::Mr, Preset::MrBrain),
+        ("bonsai/bonsai.nii.gz", Kind::Other, Preset::HotRamp),
+        ("nucleon/nucleon.nrrd", Kind::Other, Preset::HotRamp),
+        ("headmr_mhd/HeadMRVolume.mhd", Kind::Other, Preset::HotRamp),
+        ("ironprot_vtk/ironProt.vtk", Kind::Other, Preset::HotRamp),
+        ("stent/stent.npz", Kind::HounsfieldCut, Preset::HotRamp),
+        ("../cases/preset-ct-padded.nii.gz", Kind::Hounsfield, Preset::CtBone),
+        ("../cases/preset-mr-with-ringing.nii.gz", Kind::Mr, Preset::MrBrain),
+    ] {
+        let Some(path) = data(file) else { continue };
+        let volume = io::read(path, &Limits::new()).unwrap();
+        let guess = Guess::of(&volume);
+        assert_eq!((guess.kind, guess.preset), (kind, preset), "{file}: {}", guess.reason);
+        assert!(!guess.reason.is_empty() && !guess.reason.contains('\n'));
+        assert_eq!(guess.advice.is_some(), kind == Kind::HounsfieldCut, "{file}");
+    }
+    // A raw file of CT with 1024 added is told; with the offset it is CT.
+    let Some(path) = data("cthead/CThead_256x256x113_int16be.raw.gz") else { return };
+    let spec = RawSpec::new([256, 256, 113], VoxelType::I16).with_endian(Endian::Big);
+    let stored = io::read_raw(path, &spec, &Limits::new()).unwrap();
+    let guess = Guess::of(&stored);
+    assert_eq!(guess.kind, Kind::HounsfieldPlus1024, "{}", guess.reason);
+    assert!(guess.advice.is_some_and(|a| a.contains("volume.intercept = -1024")));
+    assert_eq!(Guess::of(&stored.with_rescale(1.0, -1024.0).unwrap()).preset, Preset::CtBone);
 }

@@ -7,7 +7,7 @@ use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
 use slicestack::scene::{Key, KeyKind, Overrides, keys};
 
 const HEADING: &str =
-    "Keys of the scene (each overrides the scene file; `slicestack schema` tells more, `slicestack help opengl` those of OpenGL)";
+    "Keys of the scene (each overrides the scene file; `slicestack schema` tells more, `slicestack help opengl` lists those of OpenGL)";
 
 /// Keys that have shorter flags beside them, in the help's place.
 const SHORTER: [&str; 8] = [
@@ -20,6 +20,12 @@ const SHORTER: [&str; 8] = [
     "camera.elevation",
     "camera.zoom",
 ];
+
+/// Keys that are lists of tables, or belong to one, and are better written in a scene file: flags all the same.
+const TABLES: [&str; 3] = ["lights", "render.levels", "volume.path"];
+
+/// Letters that a line of help has for what a key is for.
+const LINE: usize = 110;
 
 /// Most words of a key that its line of help lists.
 const WORDS: usize = 8;
@@ -120,7 +126,7 @@ fn matrix_rows(text: &str) -> String {
 fn augment(command: Command, wanted: fn(&Key) -> bool) -> Command {
     keys().iter().filter(|k| wanted(k)).fold(command, |command, key| {
         let arg = Arg::new(key.path.as_str()).long(key.path.as_str()).help(in_a_line(key)).help_heading(HEADING);
-        let arg = arg.hide_possible_values(true).hide(of_opengl(key) || SHORTER.contains(&key.path.as_str()));
+        let arg = arg.hide_possible_values(true).hide(is_hidden(key));
         // Numbers may be negative.
         let arg = arg.allow_hyphen_values(true).action(ArgAction::Append);
         command.arg(match &key.kind {
@@ -147,10 +153,21 @@ fn collect(matches: &ArgMatches, wanted: fn(&Key) -> bool) -> SceneFlags {
 /// What a key is for, as far as it goes into a line, and the words that it takes.
 fn in_a_line(key: &Key) -> String {
     let first = key.about.split_inclusive(". ").next().unwrap_or(&key.about).trim_end_matches([' ', '.']);
+    // A line that is too long ends where a part of it does.
+    let first = match first.char_indices().nth(LINE) {
+        Some((end, _)) => first[..end].rfind([';', ':', ',']).map_or(first, |at| &first[..at]),
+        None => first,
+    };
     match &key.kind {
         KeyKind::Text(words) if !words.is_empty() && words.len() <= WORDS => format!("{first} [{}]", words.join(", ")),
         _ => first.to_owned(),
     }
+}
+
+/// Whether the key has its line elsewhere.
+fn is_hidden(key: &Key) -> bool {
+    let path = key.path.as_str();
+    of_opengl(key) || path.starts_with("transfer2d.") || SHORTER.contains(&path) || TABLES.contains(&path)
 }
 
 /// The keys of the profile opengl, one a line.

@@ -74,13 +74,9 @@ Examples:
   slicestack render head.nrrd -o head.png
   slicestack render ct.nii.gz --preset ct-bone --azimuth -40 --background white
   slicestack render ct.raw --volume.dimensions 256,256,113 --volume.type i16 --volume.spacing 1,1,2
-  slicestack render --volume.phantom cloud --transfer.colormap viridis --size 800x600
   slicestack render scene.toml --slices.count 1024 --fog.mode exp2 --fog.density 0.01
   slicestack render scene.toml -o - --format npy | python3 -c 'import sys, numpy; ...'
-  slicestack render scene.toml --repeat 5 --stats - --explain
-  slicestack render head.nrrd --preset mr-brain --save-scene head.toml
-
-Every key of a scene file is a flag of the same name: `slicestack render --help` lists them, `slicestack schema` describes them.";
+  slicestack render head.nrrd --preset mr-brain --save-scene head.toml";
 
 /// What `--format` takes: each format by its usual extension, with the others as further names.
 pub(super) fn formats() -> PossibleValuesParser {
