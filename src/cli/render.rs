@@ -11,7 +11,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser};
 use slicestack::annotate::{annotate, check};
 use slicestack::picture::{Aov, Depth, Format, Metadata, PlaneFormat};
 use slicestack::proof::Provenance;
-use slicestack::scene::ResolvedScene;
+use slicestack::scene::{ResolvedScene, Slicing};
 use slicestack::{Error, Renderer, Settings};
 use std::io::{IsTerminal, stderr, stdout};
 use std::path::{Path, PathBuf};
@@ -219,6 +219,14 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
         );
     }
     if args.explain {
+        if !scene_file.says_slices() {
+            let told = match scene.slicing() {
+                Slicing::Tolerance(error) => format!("as many slices as an error of {error} takes, one of 256 levels"),
+                Slicing::Spacing(spacing) => format!("slices {spacing} apart, half a voxel"),
+                _ => stats::counted(stats.slices, "slice"),
+            };
+            eprintln!("{told}: the scene asks for no number of slices\n");
+        }
         eprint!("{}", stats::explain(&stats, &picture));
     } else if let (Sink::File(path), true) = (&sink, stderr().is_terminal()) {
         tell(path, format, clock);

@@ -6,6 +6,7 @@ use super::scene::{SceneArgs, level};
 use super::{Usage, complain};
 use anyhow::{Context, Result, bail};
 use slicestack::picture::write_whole;
+use slicestack::scene::Slicing;
 use slicestack::study::{File, METHODS, NamedMethod, Options, Record, Stability, scene_files, stability, stability_files, study};
 use slicestack::{Settings, Volume};
 use std::fs;
@@ -77,7 +78,11 @@ pub(super) fn run(args: &ReportArgs) -> Result<()> {
     let scene_file = text.open(&overrides)?;
     let volume = scene_file.volume().load(&settings.limits)?;
     let volume = shown_name(volume, args.scene.input.as_deref());
-    let (scene, warnings) = scene_file.to_scene(&volume)?;
+    let (mut scene, warnings) = scene_file.to_scene(&volume)?;
+    if !scene_file.says_slices() {
+        // Methods are compared in slices that are counted: a tolerance would choose their number itself.
+        scene = scene.with_slices(Slicing::Count(256))?;
+    }
     enter(Phase::Rendering);
     let found = study(&volume, &scene, &Options::new().budget(args.budget).methods(methods).settings(settings))?;
     bar.clear();

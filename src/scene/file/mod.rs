@@ -163,6 +163,11 @@ impl SceneFile {
         &self.source
     }
 
+    /// Whether the scene says itself how many slices there are, or what error is accepted.
+    pub fn says_slices(&self) -> bool {
+        self.document.slices.says_slices()
+    }
+
     /// What is to be drawn on the finished picture.
     pub fn annotations(&self) -> Annotations {
         self.document.annotate.annotations()

@@ -114,10 +114,14 @@ impl SliceKeys {
         method
     }
 
+    /// Whether the number of slices, their distance or an error is given.
+    pub(super) fn says_slices(&self) -> bool {
+        self.count.is_some() || self.spacing.is_some() || self.tolerance.is_some()
+    }
+
     /// Slices that leave no rings, where none are asked for; tells of a key that a tolerance overrules.
     pub(super) fn finish(&self, data: &mut Data<'_>) -> Result<()> {
-        let open = self.count.is_none() && self.spacing.is_none() && self.tolerance.is_none();
-        if open && data.scene.opengl().is_none() {
+        if !self.says_slices() && data.scene.opengl().is_none() {
             let scene = data.scene.clone();
             let tolerant =
                 matches!(scene.blend(), Blend::Over | Blend::Add).then(|| scene.clone().with_slices(Slicing::Tolerance(USUAL_TOLERANCE)));
