@@ -10,9 +10,11 @@ use slicestack::{Picture, Renderer, Settings, Volume};
 /// Share of the picture that is filled.
 const FILLED: f64 = 0.94;
 
+const DIMS: [usize; 3] = [64, 48, 40];
+
 /// 64 x 48 x 40 voxels of 0, with 200 in a block of bricks.
 fn block(from: [usize; 3], to: [usize; 3]) -> Volume {
-    let (dims, inside) = ([64, 48, 40], |n: usize, axis: usize| (from[axis]..to[axis]).contains(&n));
+    let (dims, inside) = (DIMS, |n: usize, axis: usize| (from[axis]..to[axis]).contains(&n));
     let voxels: Vec<u8> = (0..dims.iter().product())
         .map(|i| {
             let at = [i % dims[0], i / dims[0] % dims[1], i / dims[0] / dims[1]];
@@ -35,6 +37,9 @@ fn bricks_around(from: [usize; 3], to: [usize; 3]) -> [DVec3; 2] {
     let spacing = DVec3::new(1.0, 2.0, 0.5);
     let low = from.map(|n| ((n as f64 - 1.0) / 4.0).floor() * 4.0);
     let high = to.map(|n| ((n as f64 - 1.0) / 4.0).floor() * 4.0 + 4.0);
+    // Those at the border reach to the box's faces, half a voxel beyond the outermost voxels.
+    let low = low.map(|n| if n <= 0.0 { -0.5 } else { n });
+    let high = [0, 1, 2].map(|axis: usize| if high[axis] >= DIMS[axis] as f64 - 1.0 { DIMS[axis] as f64 - 0.5 } else { high[axis] });
     [DVec3::from_array(low) * spacing, DVec3::from_array(high) * spacing]
 }
 
@@ -73,7 +78,6 @@ fn every_view_shows_all_and_wastes_nothing() {
     let (from, to) = ([3, 20, 11], [41, 33, 40]);
     let volume = block(from, to);
     let [low, high] = bricks_around(from, to);
-    let high = high.min(DVec3::new(63.0, 94.0, 19.5));
     for step in 0..60 {
         let (azimuth, elevation) = (f64::from(step) * 37.0, f64::from(step % 13) * 13.0 - 80.0);
         for projection in [PARALLEL, Projection::Perspective { fov_y: [12.0, 45.0, 100.0][step as usize % 3] }] {
@@ -155,7 +159,6 @@ fn a_turntable_shows_all_in_every_frame_and_closes() {
     let (from, to) = ([3, 20, 11], [41, 33, 40]);
     let volume = block(from, to);
     let [low, high] = bricks_around(from, to);
-    let high = high.min(DVec3::new(63.0, 94.0, 19.5));
     for projection in [PARALLEL, Projection::Perspective { fov_y: 40.0 }] {
         let scene = scene(10.0, 25.0, projection);
         let cameras = scene.turntable(&volume, 24, 1.0).unwrap();

@@ -58,10 +58,13 @@ fn a_folder_of_frames_goes_on_where_it_was_stopped() {
     let before: Vec<Vec<u8>> = (0..4).map(|n| fs::read(frame(n)).unwrap()).collect();
     assert!(before.windows(2).all(|w| w[0] != w[1]), "the volume turns");
     fs::remove_file(frame(2)).unwrap();
-    fs::write(frame(1), "kept as it is").unwrap();
+    // One that was cut short is made again, too; what is no picture is told.
+    fs::write(frame(1), &before[1][..40]).unwrap();
     done(dir.path(), &command);
-    assert_eq!(fs::read(frame(2)).unwrap(), before[2]);
-    assert_eq!(fs::read(frame(1)).unwrap(), b"kept as it is");
+    assert!((0..4).all(|n| fs::read(frame(n)).unwrap() == before[n as usize]));
+    fs::write(frame(3), "mine").unwrap();
+    assert!(refused(dir.path(), &command, 1).contains("is no frame"));
+    fs::write(frame(3), &before[3]).unwrap();
     let other = with(&["turntable", "-o", "frames", "--frames", "5"], &[]);
     assert!(refused(dir.path(), &other, 1).contains("frames of something else"));
     fs::create_dir(dir.path().join("mine")).unwrap();

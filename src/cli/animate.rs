@@ -4,7 +4,7 @@ use super::movie::{Movie, MovieArgs};
 use super::progress::catch_signals;
 use super::scene::SceneArgs;
 use super::{Usage, complain};
-use anyhow::{Result, bail};
+use anyhow::{Result, anyhow, bail};
 use slicestack::picture::MAX_FRAMES;
 use slicestack::scene::Animation;
 use std::path::{Path, PathBuf};
@@ -66,8 +66,13 @@ pub(super) fn run(args: &AnimateArgs) -> Result<()> {
     {
         usual.set("camera.fit", "box");
     }
-    let open =
-        |time: f64| -> Result<_> { Ok(if named { animation.scene_at(time, &usual)? } else { text.open(&animation.at(time, &usual))? }) };
+    let open = |time: f64| -> Result<_> {
+        let opened = if named { animation.scene_at(time, &usual).map_err(Into::into) } else { text.open(&animation.at(time, &usual)) };
+        opened.map_err(|e| anyhow!("{}: at {time:.2} s: {}", args.keys.display(), e.to_string().trim_start_matches("--")))
+    };
+    for path in animation.jumps() {
+        complain("warning", &format!("{path}: its lists differ in length from key to key: it jumps there instead of moving"));
+    }
     let first = open(0.0)?;
     movie.spare(first.volume().path())?;
     let volume = first.volume().load(movie.limits())?;

@@ -207,7 +207,7 @@ fn as_text(volume: &Volume, depths: Option<SceneDepths>) -> String {
     if let Some(depths) = depths {
         let between = |[near, far]: [f64; 2]| format!("{} to {}", short(near), short(far));
         let seen = depths.visible.map_or_else(String::new, |visible| format!(", what shows from {}", between(visible)));
-        lines.push(("from the eye", format!("the box from {}{seen}", between(depths.whole))));
+        lines.push(("eye to", format!("box from {}{seen}", between(depths.whole))));
     }
     lines.push(("histogram", histogram(&s.histogram)));
     lines.push(("", format!("{:<half$}{:>half$}", short(s.min), short(s.max), half = COLUMNS / 2)));

@@ -1,9 +1,9 @@
 //! Frames one after the other: where they go, and how far they have come.
 
-use super::Usage;
 use super::output::{Sink, is_picture};
 use super::progress::{Bar, Phase, enter, rendered};
 use super::scene::level;
+use super::{Usage, complain};
 use anyhow::{Context, Result, bail};
 use sha2::{Digest, Sha256};
 use slicestack::picture::{Animated, AnimatedFormat, Depth, Format, write_whole};
@@ -101,6 +101,10 @@ impl Movie {
         frames.total.store(scenes.len() as u64, Ordering::Relaxed);
         enter(Phase::Rendering);
         let mut renderer = Renderer::new(volume, settings);
+        let clear = scenes.iter().any(|s| s.background().alpha < 1.0);
+        if clear && matches!(into, Into::File(_, AnimatedFormat::Gif)) {
+            complain("note", "GIF has no translucent pixels: give a --background, or write .webp or .png");
+        }
         match &into {
             Into::File(sink, format) => {
                 let size = scenes.first().map_or((1, 1), Scene::size);
@@ -119,7 +123,7 @@ impl Movie {
                 begin(folder, &identity(scenes, volume))?;
                 for (n, scene) in scenes.iter().enumerate() {
                     let path = folder.join(format!("frame-{n:04}.png"));
-                    if !path.exists() {
+                    if !is_whole(&path)? {
                         write_whole(&path, &renderer.render(scene)?.0.encode(Format::Png, Depth::Eight)?)?;
                     }
                     frames.done.fetch_add(1, Ordering::Relaxed);
@@ -158,6 +162,21 @@ impl Into {
         }
         Ok(Self::Folder(output.to_path_buf()))
     }
+}
+
+/// Whether a whole frame is at `path`: one that was cut short is made again.
+///
+/// # Errors
+/// For a file that is no frame.
+fn is_whole(path: &Path) -> Result<bool> {
+    let bytes = match std::fs::read(path) {
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(false),
+        read => read.with_context(|| path.display().to_string())?,
+    };
+    if !bytes.starts_with(b"\x89PNG") {
+        bail!("{}: is there already and is no frame", path.display());
+    }
+    Ok(bytes.ends_with(b"IEND\xae\x42\x60\x82"))
 }
 
 /// What the frames in a folder are of, as a number: scenes and volume.

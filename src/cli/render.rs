@@ -104,6 +104,9 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
     if args.show && sink == Sink::Stdout {
         bail!(Usage("--show: the picture goes to stdout itself".into()));
     }
+    if args.show && std::env::var("TERM").is_ok_and(|term| term == "dumb") {
+        bail!(Usage("--show: this terminal has no colours (TERM=dumb)".into()));
+    }
     if args.show && !stdout().is_terminal() {
         bail!(Usage("--show: stdout is no terminal".into()));
     }

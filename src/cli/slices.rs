@@ -11,8 +11,9 @@ use slicestack::Volume;
 use slicestack::annotate::annotate_cuts;
 use slicestack::cut::{Drawn, Frame, Orientation, Sheet, Window, occupied};
 use slicestack::picture::Format;
+use slicestack::scene::preset::Kind;
 use slicestack::scene::{Annotations, ColorMap, Filter, Overrides, Straight};
-use slicestack::volume::{Grid, Modality};
+use slicestack::volume::Grid;
 use std::path::{Path, PathBuf};
 
 /// What `slices` takes.
@@ -242,7 +243,7 @@ pub(super) fn run(args: &SlicesArgs) -> Result<()> {
     }
     let (window, why) = match plan.window {
         Some(window) => (Some(window), ""),
-        None if volume.modality() == Modality::Ct => (Some(Window::SOFT_TISSUE), ", for soft tissue"),
+        None if Kind::of(&volume) == Kind::Hounsfield => (Some(Window::SOFT_TISSUE), ", for soft tissue"),
         None => (None, ", 1 to 99.5 % of what is seen"),
     };
     if let Some(window) = window {

@@ -15,13 +15,13 @@ use super::{Blend, Camera, ClipPlane, LevelSurface, Placement, Projection, Scene
 use crate::Volume;
 use crate::volume::Grid;
 use crate::volume::bricks::{BRICK, Bricks};
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 
 /// Share of the picture's width or height that is filled.
 const FILLED: f64 = 0.94;
 
 /// Opacity of a brick's length from which on it counts as seen.
-const SEEN: f64 = 0.02;
+const SEEN: f64 = 0.05;
 
 /// A brick with fewer bricks around it that show something counts as noise.
 const COMPANY: usize = 3;
@@ -32,10 +32,10 @@ const BRIGHT: f64 = 0.1;
 /// What of a volume a scene shows: bricks of 4 x 4 x 4 cells, in world space.
 #[derive(Debug, Clone)]
 pub struct Visible {
-    /// Middles of the bricks.
-    centers: Vec<DVec3>,
-    /// Half a brick along each voxel axis.
-    half: [DVec3; 3],
+    /// From index to world space.
+    to_world: DAffine3,
+    /// Lowest and highest corners, index space.
+    bricks: Vec<[DVec3; 2]>,
 }
 
 impl Visible {
@@ -48,14 +48,13 @@ impl Visible {
         let bricks = volume.bricks();
         let shows = Shown::of(scene, volume, bricks)?;
         let found = Self::bricks(scene.clip_planes(), volume, bricks, &shows);
-        (!found.centers.is_empty()).then_some(found)
+        (!found.bricks.is_empty()).then_some(found)
     }
 
     fn bricks(clip: &[ClipPlane], volume: &Volume, bricks: &Bricks, shows: &Shown) -> Self {
         let grid = volume.grid();
         let ([nx, ny, nz], to_world) = (bricks.dims, grid.index_to_world());
         let side = BRICK as f64;
-        let half = [0, 1, 2].map(|axis: usize| to_world.matrix3.col(axis) * (0.5 * side.min(grid.dims()[axis] as f64)));
         let (slope, intercept) = volume.rescale();
         let seen: Vec<bool> = bricks
             .ranges
@@ -68,44 +67,51 @@ impl Visible {
         // Of volumes that are one brick thin nothing has much company.
         let company = if nx.min(ny).min(nz) > 1 { COMPANY } else { 0 };
         let around = |n: usize, most: usize| n.saturating_sub(1)..(n + 2).min(most);
-        let mut centers = Vec::new();
+        let bounds = grid.index_bounds();
+        // Bricks at the border reach to the box's faces, which may lie half a voxel farther out.
+        let ends = |n: usize, axis: usize, count: usize| {
+            let low = if n == 0 { bounds.0[axis] } else { n as f64 * side };
+            (low, if n + 1 == count { bounds.1[axis] } else { (n + 1) as f64 * side })
+        };
+        let mut found = Self { to_world, bricks: Vec::new() };
         for z in 0..nz {
             for y in 0..ny {
                 for x in (0..nx).filter(|x| seen[(z * ny + y) * nx + x]) {
                     let count = around(z, nz).flat_map(|k| around(y, ny).map(move |j| (k * ny + j) * nx));
                     let count: usize = count.map(|row| around(x, nx).filter(|i| seen[row + i]).count()).sum();
-                    let middle = [x, y, z].map(|n| (n as f64 + 0.5) * side);
-                    let last = grid.dims().map(|n| (n - 1) as f64 - 0.5 * side);
-                    let middle = DVec3::from_array(
-                        [0, 1, 2].map(|axis: usize| middle[axis].min(last[axis].max(0.5 * (grid.dims()[axis] - 1) as f64))),
-                    );
-                    let center = to_world.transform_point3(middle);
-                    let reach = |n: DVec3| half.iter().map(|h| h.dot(n).abs()).sum::<f64>();
-                    let kept = clip.iter().all(|plane| plane.distance(center) + reach(plane.normal()) > 0.0);
+                    let (x, y, z) = (ends(x, 0, nx), ends(y, 1, ny), ends(z, 2, nz));
+                    let brick = [DVec3::new(x.0, y.0, z.0), DVec3::new(x.1, y.1, z.1)];
+                    let kept = clip.iter().all(|plane| found.farthest(&brick, plane.normal()) > plane.offset());
                     if kept && count > company {
-                        centers.push(center);
+                        found.bricks.push(brick);
                     }
                 }
             }
         }
-        Self { centers, half }
+        found
+    }
+
+    /// The greatest n . p over all points p of a brick.
+    fn farthest(&self, [low, high]: &[DVec3; 2], n: DVec3) -> f64 {
+        // n . (M i + t) = (M^T n) . i + n . t, the greatest of which has each coordinate at one end.
+        let along = self.to_world.matrix3.transpose() * n;
+        (along * *low).max(along * *high).element_sum() + n.dot(self.to_world.translation)
     }
 
     /// The least and the greatest n . p over all points p of the bricks.
     pub fn extent(&self, n: DVec3) -> [f64; 2] {
-        let reach: f64 = self.half.iter().map(|h| h.dot(n).abs()).sum();
-        let ends = self.centers.iter().map(|c| c.dot(n)).fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)]);
-        [ends[0] - reach, ends[1] + reach]
+        let most = |n: DVec3| self.bricks.iter().map(|brick| self.farthest(brick, n)).fold(f64::NEG_INFINITY, f64::max);
+        [-most(-n), most(n)]
     }
 
     /// Number of bricks.
     pub fn len(&self) -> usize {
-        self.centers.len()
+        self.bricks.len()
     }
 
     /// Never true: a value of this type has bricks.
     pub fn is_empty(&self) -> bool {
-        self.centers.is_empty()
+        self.bricks.is_empty()
     }
 }
 

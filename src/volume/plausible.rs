@@ -6,10 +6,10 @@ use super::{Volume, VoxelType};
 /// Pairs of neighbours that are looked at.
 const PAIRS: usize = 1 << 16;
 
-/// Neighbours that differ by this share of what any two voxels do are noise.
-const NOISE: f64 = 0.8;
-/// How much smoother another way to read must be to be named.
-const SMOOTHER: f64 = 0.5;
+/// Neighbours that differ by a smaller share of what any two voxels do are read as they should be.
+const ROUGH: f64 = 0.2;
+/// How much smoother another way to read must be to be named: bytes in the wrong order never make smooth numbers smoother.
+const SMOOTHER: f64 = 0.4;
 /// Numbers beyond these are no measurements.
 const HUGE: f64 = 1e30;
 
@@ -67,7 +67,7 @@ impl Volume {
             };
             [roughness(&numbers(false)), roughness(&numbers(true))]
         });
-        (as_is > NOISE && swapped < SMOOTHER * as_is.min(2.0)).then_some(Doubt::Endian)
+        (as_is > ROUGH && swapped < SMOOTHER * as_is.min(2.0)).then_some(Doubt::Endian)
     }
 }
 

@@ -129,6 +129,13 @@ impl Animation {
         self.tracks.contains_key(path)
     }
 
+    /// Keys of the scene whose values are lists or numbers that cannot be interpolated somewhere: they jump.
+    pub fn jumps(&self) -> Vec<&str> {
+        let word = |v: &Value| matches!(v, Value::String(_) | Value::Boolean(_));
+        let stuck = |w: &[(f64, Value)]| !word(&w[0].1) && mixed(&w[0].1, &w[1].1, 0.5).is_none();
+        self.tracks.iter().filter(|(_, track)| track.windows(2).any(stuck)).map(|(path, _)| path.as_str()).collect()
+    }
+
     /// The keys at `time` seconds laid over `given`.
     pub fn at(&self, time: f64, given: &Overrides) -> Overrides {
         let mut overrides = given.clone();
@@ -250,6 +257,9 @@ mod tests {
         assert_eq!(at(1.0, "transfer.opacity").replace(' ', ""), "[[0.5,0],[1.5,0.75]]");
         let clip: Table = toml::from_str(&format!("clip = {}", at(2.5, "clip"))).expect("a list");
         assert_eq!(clip["clip"][0]["offset"].as_float().or(clip["clip"][0]["offset"].as_integer().map(|n| n as f64)), Some(6.0));
+        assert!(animation.jumps().is_empty());
+        let uneven = KEYS.replace("[[1, 0], [2, 1]]", "[[1, 0], [2, 1], [3, 1]]");
+        assert_eq!(Animation::parse(&uneven, Path::new("")).expect("key frames").jumps(), ["transfer.opacity"]);
         // Slow at both ends.
         let smooth = Animation::parse(&KEYS.replace("linear", "smooth"), Path::new("")).expect("key frames");
         let eased = |t: f64| set(&smooth.at(t, &Overrides::default()), "camera.azimuth").and_then(|x| x.parse::<f64>().ok());

@@ -21,11 +21,18 @@ pub(super) fn surface() -> Result<(TransferFunction, Lighting)> {
 /// A grey map from the darkest to the brightest of what a projection by `blend` shows of `volume` in `view`; and where it begins and ends. `None`
 /// where all of it is the same.
 pub(super) fn window(volume: &Volume, view: &View, blend: Blend) -> Result<Option<(TransferFunction, [f64; 2])>> {
+    // The first maxima of a ray lie anywhere among the object's values.
+    if let Blend::Lmip { .. } = blend {
+        let marks = Landmarks::of(volume.statistics());
+        let (low, high) = (marks.split, marks.high);
+        let opacity = vec![(low - 0.05 * (high - low), 0.0), (low, 1.0)];
+        return Ok(Some((TransferFunction::new(ColorMap::Gray.spread(low, high), opacity)?, [low, high])));
+    }
     let seen = seen(volume, view, blend);
     // The object alone: what is around it would fill the window's darker part with nothing.
     let split = Landmarks::of(volume.statistics()).split;
     let object: Vec<f64> = seen.iter().copied().filter(|&v| v >= split).collect();
-    let greatest = matches!(blend, Blend::Mip | Blend::Lmip { .. }) && !object.is_empty();
+    let greatest = blend == Blend::Mip && !object.is_empty();
     let of = if greatest { &object } else { &seen };
     let at = |share: f64| of.get(((of.len().max(1) - 1) as f64 * share) as usize).copied();
     let (Some(low), Some(high)) = (at(DARK), at(WHITE)) else { return Ok(None) };

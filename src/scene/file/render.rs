@@ -152,12 +152,17 @@ impl RenderKeys {
         })
     }
 
-    /// A surface without a level is taken where the data splits into background and object.
+    /// A surface without a level, and maxima without a threshold, are taken where the data splits into background and object.
     pub(super) fn finish(&self, data: &mut Data<'_>) -> Result<()> {
         if self.blend == Some(BlendKey::Iso) && self.level.is_none() && self.levels.is_none() {
             let level = Landmarks::of(data.volume.statistics()).split;
             data.warnings.push(format!("render.level is not given: the surface is taken at {level}"));
             data.scene = data.scene.clone().with_blend(Blend::Iso { level })?;
+        }
+        if self.blend == Some(BlendKey::Lmip) && self.threshold.is_none() {
+            let threshold = Landmarks::of(data.volume.statistics()).split;
+            data.warnings.push(format!("render.threshold is not given: the first maximum above {threshold} is taken"));
+            data.scene = data.scene.clone().with_blend(Blend::Lmip { threshold })?;
         }
         Ok(())
     }

@@ -70,6 +70,14 @@ impl Sorted {
         below(high).saturating_sub(below(low)) as f64 / self.0.len().max(1) as f64
     }
 
+    /// Share of soft tissue, where values look like Hounsfield units with 1024 added: none below 0, a crowd near 1024 + 40, few between it and air.
+    fn plus_1024(&self) -> Option<f64> {
+        let (&min, &max) = (self.0.first()?, self.0.last()?);
+        let tissue = self.share(924.0, 1174.0);
+        let looks = min >= -100.0 && (1500.0..=40000.0).contains(&max) && tissue > 0.05 && tissue > 2.0 * self.share(400.0, 800.0);
+        looks.then_some(tissue)
+    }
+
     /// Without what fills the space around: a least value of its own, far below all others and below air.
     fn without_padding(mut self) -> (Self, Option<f64>) {
         let Some(&least) = self.0.first() else { return (self, None) };
@@ -91,7 +99,15 @@ fn percent(share: f64) -> String {
 /// What `volume` holds by its header, and else by its values; with the reason, and the value of its padding where it has some.
 fn kind(volume: &Volume) -> (Kind, String, Option<f64>) {
     match volume.modality() {
-        Modality::Ct => return (Kind::Hounsfield, "it is said to be CT".into(), None),
+        Modality::Ct => {
+            let values = Sorted::of(volume);
+            return match values.plus_1024() {
+                Some(tissue) => {
+                    (Kind::HounsfieldPlus1024, format!("it is said to be CT, with 1024 added: {} near 1064", percent(tissue)), None)
+                }
+                None => (Kind::Hounsfield, "it is said to be CT".into(), None),
+            };
+        }
         Modality::Mr => return (Kind::Mr, "it is said to be MR".into(), None),
         Modality::Unknown => {}
     }
@@ -111,8 +127,7 @@ fn kind(volume: &Volume) -> (Kind, String, Option<f64>) {
             padding,
         );
     }
-    let tissue = values.share(924.0, 1174.0);
-    if min >= -100.0 && (1500.0..=40000.0).contains(&max) && tissue > 0.05 && tissue > 2.0 * values.share(400.0, 800.0) {
+    if let Some(tissue) = values.plus_1024() {
         return (Kind::HounsfieldPlus1024, format!("values as of CT with 1024 added: {} near 1064", percent(tissue)), None);
     }
     let integers = values.0.iter().all(|v| libm::floor(*v) == *v);
