@@ -20,7 +20,7 @@ pub(super) struct RenderKeys {
     pub target: Option<TargetKey>,
     /// How fragments of a pixel combine; over unless given.
     pub blend: Option<BlendKey>,
-    /// lmip: smallest value that stops a ray.
+    /// lmip: smallest value that stops a ray; where the data splits into background and object, unless given.
     pub threshold: Option<f64>,
     /// iso: value of one opaque surface in the transfer function's colour.
     pub level: Option<f64>,
@@ -76,7 +76,7 @@ impl RenderKeys {
             Blend::Min => (BlendKey::Min, None, None),
             Blend::Average => (BlendKey::Average, None, None),
             Blend::Add => (BlendKey::Add, None, None),
-            Blend::Lmip { threshold } => (BlendKey::Lmip, (threshold != f64::MIN).then_some(threshold), None),
+            Blend::Lmip { threshold } => (BlendKey::Lmip, Some(threshold), None),
             Blend::Iso { level } => (BlendKey::Iso, None, Some(level)),
             Blend::Surfaces => (BlendKey::Iso, None, None),
         };
