@@ -126,6 +126,7 @@ fn help_is_short_and_colours_have_names() {
         &["render", "--render.blend", "iso", "--render.filter", "cubic"],
         &["render", "--render.blend", "mip", "--light.ambient", "0.3"],
         &["render", "--slices.count", "0"],
+        &["render", "--camera.eye", "1,2,300", "--azimuth", "3"],
     ] {
         refused(dir.path(), &with(wrong, &["-o", "none.png"]), 2);
         assert!(!dir.path().join("none.png").exists());

@@ -171,7 +171,7 @@ fn slices_refuses_in_one_line() {
     fs::write(dir.path().join("a.nrrd"), Lie { to: [2, 0, 1], flip: [true, false, true] }.nrrd()).unwrap();
     for (args, line) in [
         (&["--plane", "oblique"][..], "--plane oblique: give its --normal X,Y,Z"),
-        (&["--normal", "0,0,0"], "cut normal [0, 0, 0]: it must be finite and not 0"),
+        (&["--normal", "0,0,0"], "--normal 0,0,0: points nowhere"),
         (&["--plane", "axial", "--normal", "1,0,0"], "--normal: is for --plane oblique, not axial"),
         (&["--normal", "1,2"], "--normal 1,2: write three numbers X,Y,Z"),
         (&["--at", "120%"], "--at 120%: write a number, or a share of the box from 0% to 100%"),

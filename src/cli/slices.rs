@@ -130,7 +130,13 @@ enum Place {
 impl Plan {
     fn new(args: &SlicesArgs) -> Result<Self> {
         let orientation = match (args.plane.as_deref(), &args.normal) {
-            (None | Some("oblique"), Some(normal)) => Orientation::Oblique(numbers::<3>("normal", normal, "three numbers X,Y,Z")?.into()),
+            (None | Some("oblique"), Some(normal)) => {
+                let n = numbers::<3>("normal", normal, "three numbers X,Y,Z")?;
+                if n == [0.0; 3] {
+                    bail!(Usage("--normal 0,0,0: points nowhere; write X,Y,Z of which one is not 0".into()));
+                }
+                Orientation::Oblique(n.into())
+            }
             (Some("oblique"), None) => bail!(Usage("--plane oblique: give its --normal X,Y,Z".into())),
             (Some(other), Some(_)) => bail!(Usage(format!("--normal: is for --plane oblique, not {other}"))),
             (Some("coronal"), None) => Orientation::Coronal,

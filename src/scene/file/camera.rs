@@ -86,7 +86,10 @@ impl CameraKeys {
         // A look-at camera whose defaults come from the box is checked when there is one.
         match (self.eye, self.target, self.up) {
             (Some(_), Some(_), Some(_)) | (None, ..) => self.camera(cx, &Grid::with_spacing([1; 3], [1.0; 3])?, (64, 64)),
-            _ => self.projection(cx).map(|_| Camera::default()),
+            _ => {
+                self.refuse_mixed(cx)?;
+                self.projection(cx).map(|_| Camera::default())
+            }
         }
     }
 
@@ -139,6 +142,18 @@ impl CameraKeys {
         Ok(Projection::Orthographic { height: self.height })
     }
 
+    /// Refuses keys of the orbit form beside an eye.
+    fn refuse_mixed(&self, cx: &Context<'_>) -> Result<()> {
+        let orbit: [Given; 5] = [
+            ("camera.fit", self.fit.is_some()),
+            ("camera.azimuth", self.azimuth.is_some()),
+            ("camera.elevation", self.elevation.is_some()),
+            ("camera.roll", self.roll.is_some()),
+            ("camera.zoom", self.zoom.is_some()),
+        ];
+        cx.refuse(&orbit, "mixes the orbit form (azimuth, elevation, roll, zoom, fit) with the look-at form (eye, target, up)")
+    }
+
     fn placement(&self, cx: &Context<'_>, grid: &Grid) -> Result<Placement> {
         let Some(eye) = self.eye else {
             let look = [("camera.target", self.target.is_some()), ("camera.up", self.up.is_some())];
@@ -153,14 +168,7 @@ impl CameraKeys {
                 zoom: self.zoom.unwrap_or(zoom),
             });
         };
-        let orbit: [Given; 5] = [
-            ("camera.fit", self.fit.is_some()),
-            ("camera.azimuth", self.azimuth.is_some()),
-            ("camera.elevation", self.elevation.is_some()),
-            ("camera.roll", self.roll.is_some()),
-            ("camera.zoom", self.zoom.is_some()),
-        ];
-        cx.refuse(&orbit, "mixes the orbit form (azimuth, elevation, roll, zoom, fit) with the look-at form (eye, target, up)")?;
+        self.refuse_mixed(cx)?;
         let eye = DVec3::from_array(eye);
         let target = self.target.map_or(grid.center(), DVec3::from_array);
         let (front, up) = grid.space().front_and_up();
