@@ -125,7 +125,7 @@ mod tests {
         assert_eq!(of(&[("KITTY_WINDOW_ID", "3")]), Protocol::Kitty);
         assert_eq!(of(&[("TERM_PROGRAM", "WezTerm")]), Protocol::Iterm);
         assert_eq!(of(&[("LC_TERMINAL", "iTerm2")]), Protocol::Iterm);
-        assert_eq!(of(&[("KITTY_WINDOW_ID", "3"), ("TMUX", "/tmp/x")]), Protocol::Blocks);
+        assert_eq!(of(&[("KITTY_WINDOW_ID", "3"), ("TMUX", "1")]), Protocol::Blocks);
     }
 
     /// Upper half red, lower half blue: each character of the middle row pair has both.

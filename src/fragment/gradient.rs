@@ -496,6 +496,8 @@ impl<'v> Kernel<Frame<'v>, Batch> for TakeGradient {
         }
         if frame.sample.far {
             let listed = (0..BATCH).filter(|i| lanes >> i & 1 == 1);
+            // What is behind them in their last row is looked up too: one of them, and no offset of an earlier batch.
+            far_offset.fill(rare.far_offset[lanes.trailing_zeros() as usize]);
             far_offset.iter_mut().zip(listed).for_each(|(to, i)| *to = rare.far_offset[i]);
         }
         let of = At { cells: &batch.geometry.cells, offset, far_offset, weight };

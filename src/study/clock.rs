@@ -1,10 +1,13 @@
 //! A budget of seconds, told as progress.
 
 use crate::settings::Progress;
-use crate::{Error, Result};
+use crate::{Error, Renderer, Result, Scene};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
+
+/// Most frames of a scene.
+const REPEATS: usize = 9;
 
 /// How much of a budget is gone.
 pub(super) struct Clock {
@@ -35,6 +38,22 @@ impl Clock {
     /// Seconds left until `part` of the budget is gone; 0 when it is.
     pub(super) fn left(&self, part: f64) -> f64 {
         (part * self.budget - self.gone()).max(0.0)
+    }
+
+    /// Renders each scene again, in turns, as long as its frame fits into `part` of the budget, up to [`REPEATS`] times; the number beside it, the seconds
+    /// of its frame, becomes the least.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`].
+    pub(super) fn shortest(&self, part: f64, renderer: &mut Renderer, mut frames: Vec<(&Scene, &mut f64)>) -> Result<()> {
+        for _ in 0..REPEATS {
+            for (scene, seconds) in &mut frames {
+                if self.left(part) >= **seconds {
+                    **seconds = seconds.min(renderer.render(scene)?.1.render_seconds);
+                }
+            }
+        }
+        Ok(())
     }
 
     /// Says what is being done now.

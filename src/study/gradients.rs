@@ -10,8 +10,6 @@ use crate::{Renderer, Result, Scene, Volume};
 
 /// The kinds, under the names that scene files give them.
 const KINDS: [(&str, Gradient); 3] = [("central", Gradient::Central), ("analytic", Gradient::Analytic), ("sobel", Gradient::Sobel)];
-/// Most frames of each kind.
-const REPEATS: usize = 9;
 /// Rows and columns that a picture's reference has at most.
 const SIDE: u32 = 40;
 
@@ -51,12 +49,6 @@ pub(super) fn measure(
         });
         scenes.push(scene);
     }
-    for _ in 0..REPEATS {
-        for (row, scene) in list.iter_mut().zip(&scenes) {
-            if clock.left(part) >= row.seconds {
-                row.seconds = row.seconds.min(renderer.render(scene)?.1.render_seconds);
-            }
-        }
-    }
+    clock.shortest(part, renderer, scenes.iter().zip(list.iter_mut().map(|row| &mut row.seconds)).collect())?;
     Ok(list)
 }

@@ -13,8 +13,6 @@ use rayon::prelude::*;
 
 /// The kinds, under the names that scene files give them.
 const KINDS: [(&str, Hit); 2] = [("refined", Hit::Refined), ("first-sample", Hit::FirstSample)];
-/// Most frames of each row.
-const REPEATS: usize = 9;
 /// Rows and columns that a picture's reference has at most.
 const SIDE: u32 = 40;
 /// What hits may be apart beyond a slab and still be of the same surface, slabs: room for the stages' rounding.
@@ -72,13 +70,7 @@ pub(super) fn measure(
             scenes.push(scene);
         }
     }
-    for _ in 0..REPEATS {
-        for (row, scene) in list.iter_mut().zip(&scenes) {
-            if clock.left(part) >= row.seconds {
-                row.seconds = row.seconds.min(renderer.render(scene)?.1.render_seconds);
-            }
-        }
-    }
+    clock.shortest(part, renderer, scenes.iter().zip(list.iter_mut().map(|row| &mut row.seconds)).collect())?;
     Ok(list)
 }
 

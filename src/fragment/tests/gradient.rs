@@ -234,6 +234,9 @@ pub(super) fn of_pieces_at_depths_of_their_own() {
                 frame.optional.gradient = Some(GradientFrame::new(gradient, &grid, 1.0));
                 let mut before = batch(&mut n);
                 let cells = place(&mut n, &mut before, dims, frame.sample.strides);
+                // Offsets that an earlier batch left, far beyond this volume.
+                before.gradient_mut().packed.far_offset = [1 << 40; BATCH];
+                before.gradient_mut().packed.offset = [i32::MAX; BATCH];
                 // An axis of one voxel has no gradient along it.
                 let flat: Vec<usize> = (0..3).filter(|&a| dims[a] == 1).collect();
                 for (far, slice) in [(false, BEHIND), (true, BEHIND), (true, 3)] {

@@ -153,6 +153,10 @@ impl TransferKeys {
         }
         if let Some(guess) = self.guess(cx, data.volume) {
             data.notes.push(format!("transfer function {}: {} (--preset NAME: another)", guess.preset.name(), guess.reason));
+            data.warnings.extend(guess.advice);
+            let transfer = guess.preset.transfer(data.volume).and_then(|t| self.with_rest(t)).map_err(|e| cx.places.locate(e))?;
+            data.scene = data.scene.clone().with_transfer(transfer);
+            return Ok(guess.preset.lighting(data.volume));
         }
         let FoundTransfer { transfer, lighting, warnings } = self.found(cx, Some(data.volume))?;
         data.warnings.extend(warnings);
