@@ -36,7 +36,7 @@ pub use frames::build_up;
 use crate::picture::png;
 use crate::plan::start_values;
 use crate::proxy::Stack;
-use crate::renderer::adaptive::refine;
+use crate::renderer::adaptive::search;
 use crate::scene::{Blend, Method, Scene, Slicing};
 use crate::{Error, Picture, RenderStats, Renderer, Result, Settings, Volume};
 use activity::Activity;
@@ -337,7 +337,7 @@ fn steady(renderer: &mut Renderer, scene: &Scene, pixel: Option<(u32, u32)>) -> 
             .clone()
             .with_method(Method { merge: false, ..stats.method })?
             .with_slices(Slicing::Count(count))?
-            .with_terminate(refine::terminate(scene.terminate(), asked))?;
+            .with_terminate(search::terminate(scene.terminate(), asked))?;
         (picture, stats, activity) = renderer.render_observed(&scene, Activity::new(scene.blend()))?;
     }
     Ok(Steady { scene, picture, stats, activity, pixel, notes })

@@ -12,7 +12,7 @@ use crate::{Error, Result};
 use std::sync::Arc;
 
 /// Tables for so many thicknesses of slabs are kept: a picture to a tolerance takes several.
-const KEPT: usize = 8;
+const KEPT: usize = 16;
 
 /// What depends on volume and transfer function, and the skip tables of the latest views.
 #[derive(Default)]

@@ -1,17 +1,18 @@
 //! Ways to a picture that take more than one frame: extrapolation, an error estimated, an error asked for.
 
-pub(crate) mod refine;
-mod sample;
+mod few;
+mod many;
+pub(crate) mod search;
 
 use super::Renderer;
+use super::finish::OverBackground;
 use super::job::{FrameResult, RenderJob};
 use crate::plan::{Planned, Saving};
 use crate::proxy::Stack;
-use crate::raster::{BlockMask, Observer};
+use crate::raster::{BlockMask, Finish, Observer};
 use crate::scene::{Blend, Classification, MAX_SLICES, Method, Scene};
 use crate::{Error, Result};
-use refine::Reached;
-use sample::Sampled;
+use search::{Ask, Goal};
 
 impl Renderer {
     /// `pixels` in `count` slices as the scene's method says; and the RMS error of red, green and blue, where settings ask for it.
@@ -105,44 +106,48 @@ impl Renderer {
     ) -> Result<Option<(FrameResult, f64)>> {
         let grid = self.volume.grid();
         let depth = Stack::depth_range(grid, &job.view).map_or(0.0, |(near, far)| far - near);
-        let first = refine::first_count(depth, grid.smallest_spacing());
-        let terminate = refine::terminate(job.scene.terminate(), tolerance);
-        let (width, height) = (job.view.width as usize, job.view.height as usize);
+        let terminate = search::terminate(job.scene.terminate(), tolerance);
+        let size = (job.view.width as usize, job.view.height as usize);
         // Values that are projected are no sums over slabs: their errors fall with the slices' number at best.
         let values = !matches!(job.scene.blend(), Blend::Over | Blend::Add);
         let first_order = values || crate::plan::order(job.scene) == 1;
-        let parts = std::cell::RefCell::new((self, job, None::<FrameResult>));
-        let render = |count: u64, blocks: Option<&BlockMask>, pixels: &mut [[f32; 4]]| {
-            let (renderer, job, done) = &mut *parts.borrow_mut();
-            let part = renderer.frame(job, count, terminate, blocks, pixels)?;
-            match done {
-                Some(done) => done.add(&part),
-                None => *done = Some(part),
-            }
-            Ok(())
-        };
-        let tried = std::cell::Cell::new(false);
-        // Frames that are no part of the picture.
-        let besides = std::cell::RefCell::new(None::<FrameResult>);
+        let goal = Goal { tolerance, size, first: search::first_count(depth, grid.smallest_spacing()), first_order };
+        let nothing = OverBackground::new(job.scene, &crate::plan::method(job.scene)).nothing();
+        let mut scratch = std::mem::take(&mut self.scratch);
+        let parts = std::cell::RefCell::new((self, job));
+        // Frames that make up the picture, and others.
+        let (mut done, besides) = (None::<FrameResult>, std::cell::RefCell::new(None::<FrameResult>));
         let cost = |part: FrameResult| match &mut *besides.borrow_mut() {
             Some(all) => all.cost(&part),
             none => *none = Some(part),
         };
-        let sample = |count: u64, blocks: &BlockMask, pixels: &mut [[f32; 4]]| {
-            let (renderer, job, _) = &mut *parts.borrow_mut();
-            let mut some =
-                RenderJob { scene: job.scene, view: job.view, clock: std::mem::take(&mut job.clock), observer: (), output: job.output };
-            let part = renderer.frame(&mut some, count, terminate, Some(blocks), pixels);
-            job.clock = some.clock;
+        let mut frames = |ask: Ask<'_>, pixels: &mut [[f32; 4]]| {
+            let (renderer, job) = &mut *parts.borrow_mut();
+            let terminate = if ask.judge { terminate * LATER } else { terminate };
+            struct Tell(std::time::Instant, u64, bool, bool); impl Drop for Tell { fn drop(&mut self) { if std::env::var("ZZ").is_ok() { eprintln!("ask {} kept {} all {}: {:.2} ms", self.1, self.2, self.3, self.0.elapsed().as_secs_f64() * 1e3) } } }
+            let _tell = Tell(std::time::Instant::now(), ask.count, ask.kept, ask.blocks.is_none());
+            if ask.kept {
+                let part = renderer.frame(job, ask.count, terminate, ask.blocks, pixels)?;
+                match &mut done {
+                    Some(done) => done.add(&part),
+                    None => done = Some(part),
+                }
+                return Ok(());
+            }
+            let clock = std::mem::take(&mut job.clock);
+            let mut beside = RenderJob { scene: job.scene, view: job.view, clock, observer: (), output: job.output };
+            let part = renderer.frame(&mut beside, ask.count, terminate, ask.blocks, pixels);
+            job.clock = beside.clock;
             cost(part?);
             Ok(())
         };
-        let worth = |count: u64, blocks: &BlockMask, difference: f64| {
-            let Some(method) = other else { return Ok(false) };
+        let tried = std::cell::Cell::new(false);
+        let mut worth = |count: u64, blocks: &BlockMask| {
+            let Some(method) = other else { return Ok(None) };
             tried.set(true);
-            let (renderer, job, _) = &mut *parts.borrow_mut();
+            let (renderer, job) = &mut *parts.borrow_mut();
             let scene = job.scene.clone().with_method(method)?;
-            let mut fine = vec![[0.0; 4]; width * height];
+            let mut fine = vec![[0.0; 4]; size.0 * size.1];
             let mut coarse = fine.clone();
             let mut trial =
                 RenderJob { scene: &scene, view: job.view, clock: std::mem::take(&mut job.clock), observer: (), output: job.output };
@@ -151,19 +156,15 @@ impl Renderer {
                 .and_then(|a| Ok([a, renderer.frame(&mut trial, count, terminate, Some(blocks), &mut fine)?]));
             job.clock = trial.clock;
             frames?.into_iter().for_each(&cost);
-            let others: f64 = refine::differences(&coarse, &fine, blocks).iter().sum();
-            Ok(refine::better(difference, others))
+            Ok(Some(search::squared(&coarse, &fine)))
         };
-        let reached = match sample::sample(tolerance, (first, first_order), (width, height), pixels, sample, worth)? {
-            Sampled::Count(count, error) => {
-                render(count, None, pixels)?;
-                let all = BlockMask::none(width, height).len();
-                Some(Reached { error, levels: vec![(count, all)] })
-            }
-            Sampled::Other => None,
-            Sampled::Unsure => refine::refine(tolerance, (first, first_order), width, pixels, render, worth)?,
+        let reached = if BlockMask::none(size.0, size.1).len() <= FEW {
+            few::few(goal, pixels, &mut frames, &mut worth)?
+        } else {
+            scratch.resize(pixels.len(), [0.0; 4]);
+            many::many(goal, nothing, (pixels, &mut scratch), &mut frames, &mut worth)?
         };
-        let (_, _, done) = parts.into_inner();
+        parts.into_inner().0.scratch = scratch;
         let Some((mut done, reached)) = done.zip(reached) else { return Ok(None) };
         besides.into_inner().iter().for_each(|b| done.cost(b));
         if tried.into_inner() {
@@ -173,7 +174,7 @@ impl Renderer {
         let all: usize = reached.levels.iter().map(|l| l.1).sum();
         let levels: Vec<String> = reached.levels.iter().map(|(slices, blocks)| format!("{blocks} in {slices}")).collect();
         let why = match reached.levels.as_slice() {
-            [(slices, _)] => format!("{slices} do, as far as a part of the {all} blocks tells"),
+            [(slices, _)] => format!("{slices} do, as pictures of more of them tell"),
             _ => format!("of {all} blocks: {} slices", levels.join(", ")),
         };
         done.planned.push(Planned::new("more slices than blocks need", why, Saving::Unknown));
@@ -181,6 +182,8 @@ impl Renderer {
     }
 }
 
+/// Blocks of a picture up to which whole pictures are compared.
+const FEW: usize = 640;
 /// Transmittance at which pixels of an estimate's second picture end, as a share of the picture's own.
 const LATER: f32 = 1.0 / 64.0;
 
