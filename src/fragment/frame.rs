@@ -1,6 +1,6 @@
 //! What stays the same for all batches of a frame, grouped by the stages that use it.
 
-use super::{OptionalFrame, SurfaceFrame};
+use super::{OptionalFrame, PieceFrame, SurfaceFrame};
 use crate::lanes::{LookupTable, ToF32};
 use crate::scene::{FogMode, FogWeighting, Scene};
 use crate::volume::VoxelSlices;
@@ -84,4 +84,6 @@ pub(crate) struct Frame<'v> {
     pub(crate) optional: OptionalFrame,
     /// Level surfaces, where rays are followed through them.
     pub(crate) surfaces: Option<Box<SurfaceFrame<'v>>>,
+    /// Thinness of slabs, where pieces of them may be short and whole ones opaque.
+    pub(crate) pieces: Option<Box<PieceFrame<'v>>>,
 }

@@ -19,13 +19,13 @@ mod stages;
 pub(crate) use left_out::{Planned, Saving, passed_over};
 pub(crate) use merging::Merging;
 pub(crate) use needs::{EndPieces, Needs, method, order};
-pub(crate) use prepared::{MergedData, Prepared, SurfaceBricks, TransferData, TransferKey, VolumeData};
+pub(crate) use prepared::{MergedData, Prepared, SurfaceBricks, ThinnessData, TransferData, TransferKey, VolumeData};
 pub(crate) use scaling::Scaling;
 pub(crate) use stages::{PairStages, Stages};
 
 use crate::classify::{By, Classify, Measure, Slab};
 use crate::fragment::project::NOTHING;
-use crate::fragment::{BlendFrame, ColorFrame, Frame, Numbers, OptionalFrame, SampleFrame, SurfaceFrame};
+use crate::fragment::{BlendFrame, ColorFrame, DEEP, Frame, Numbers, OptionalFrame, PieceFrame, SampleFrame, SurfaceFrame};
 use crate::lanes::{Level, LookupTable};
 use crate::proxy::{Domain, Stack};
 use crate::scene::{Blend, Fog, FogDistance, SampleAt, Scene};
@@ -103,12 +103,13 @@ impl<'v> FramePlan<'v> {
         let (color, split) = color_frame(&data.scaling, &transfer, needs.skip && needs.colors() && !observed);
         let surfaces = scene.surfaces().filter(|_| needs.blend == BlendKind::Surfaces);
         let numbers = Numbers { scale: data.scaling.scale, offset: data.scaling.offset };
-        let frame = Frame {
+        let mut frame = Frame {
             sample: sample_frame(volume, data, &needs, lookup, &color),
             color,
             blend: BlendFrame { terminate, level: level_of(scene, &data.scaling) as f32 },
             optional: OptionalFrame::of(scene, volume.grid(), &stack, numbers, ratio, if needs.terminate { terminate } else { 0.0 }),
             surfaces: surfaces.as_ref().map(|s| Box::new(SurfaceFrame::new(s, scene, volume, &stack, |value| data.scaling.number(value)))),
+            pieces: None,
         };
         let merged = if needs.merge { kept.merged(&transfer) } else { None };
         let runs = Runs::new(&stack, needs.ends.between(), needs.merge);
@@ -128,8 +129,15 @@ impl<'v> FramePlan<'v> {
             split,
             fine: frame.color.fine.is_some(),
             level,
+            pieces: needs.short_pieces() && transfer.strongest >= DEEP,
             part: domain.is_some(),
         };
+        if kernels.pieces {
+            let thin = kept.thinness(&transfer);
+            let fine = frame.color.fine.as_ref().zip(thin.fine.clone()).map(|((_, map), table)| (table, *map));
+            let color = ColorFrame { table: thin.table.clone(), fine, ..frame.color.clone() };
+            frame.pieces = Some(Box::new(PieceFrame { frame: Frame { color, ..frame.clone() }, classify: kernels.classify() }));
+        }
         Self {
             stages: Stages::new(kernels),
             merging: merged.map(|merged| Merging::new(&frame, &merged)),

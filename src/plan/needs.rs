@@ -110,6 +110,11 @@ impl Needs {
         (self.method.is_pre_integrated() && self.colors() || self.blend == BlendKind::Surfaces) && !LEAN
     }
 
+    /// Whether pieces of rays may be shorter than a slab whose opacity is known, and not its optical depth.
+    pub(crate) fn short_pieces(&self) -> bool {
+        self.colors() && !self.ends.whole() && !self.optical_depth && self.method.slab == SlabForm::Exponential
+    }
+
     /// How voxels are loaded.
     pub(crate) fn lookup(&self, volume: &Volume, packed: bool, scaling: &Scaling) -> Lookup {
         match (self.method.filter, self.method.classification) {

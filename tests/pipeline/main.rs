@@ -13,6 +13,7 @@ mod lit;
 mod merged;
 mod methods;
 mod oracle;
+mod pieces;
 mod projections;
 mod skipping;
 mod tally;

@@ -18,7 +18,7 @@ fn check(transfer: &Transfer2d, n: &mut Numbers) {
     for i in 0..BATCH {
         before.sample.value[i] = ((n.between(-20.0, 120.0) - offset) / scale) as f32;
         before.gradient_mut().size[i] = if n.bits() % 8 == 0 { 0.0 } else { (n.between(0.0, 12.0) / gradient.unit) as f32 };
-        before.slab.length[i] = n.between(0.1, 1.5) as f32;
+        before.slab.length[i] = if n.bits() % 3 == 0 { n.between(1e-3, 0.05) } else { n.between(0.1, 1.5) } as f32;
     }
     (before.shown, before.gradient_mut().lanes) = (u8::MAX, spread(some_rows(n)));
     run::<Classify2d>(&frame, &before, &[Part::Shown, Part::Color, Part::Alpha], |after, level| {
@@ -65,7 +65,7 @@ pub(super) fn regions() {
         let regions = (0..count).map(|i| Region {
             shape: shapes[(i + n.bits() as usize) % 4],
             color: [n.unit(), n.unit(), n.unit()],
-            opacity: if n.bits() % 6 == 0 { 0.0 } else { n.between(0.01, 0.95) },
+            opacity: [0.0, 1.0 - 1e-9, 1.0, n.between(0.01, 0.95), n.between(0.01, 0.95), n.between(0.9, 1.0)][n.bits() as usize % 6],
         });
         let transfer = Transfer2d::regions(regions.collect()).expect("regions");
         check(&transfer, &mut n);

@@ -5,6 +5,7 @@
 mod counts;
 mod lights;
 mod look;
+mod pieces;
 mod places;
 mod riemann;
 mod stiff;
@@ -109,6 +110,8 @@ pub fn stability(settings: &Settings) -> Result<Stability> {
     let mut rows = Vec::new();
     clock.now("stiff media")?;
     rows.extend(stiff::rows(&bench)?);
+    clock.now("pieces of slabs")?;
+    rows.extend(pieces::rows(&bench)?);
     clock.now("many slices")?;
     let (more, counts) = counts::rows(&bench)?;
     rows.extend(more);
