@@ -87,7 +87,7 @@ impl<'v> FramePlan<'v> {
     /// The plan for one frame of `subject`, with what is `kept` between frames.
     pub(crate) fn new(subject: Subject<'_, 'v>, kept: &mut impl Prepared) -> Self {
         let Subject { scene, volume, data, stack, terminate, level, observed, domain } = subject;
-        let needs = Needs::new(scene, &stack, data.bricks.non_finite > 0, terminate);
+        let mut needs = Needs::new(scene, &stack, data.bricks.non_finite > 0, terminate);
         let lookup = needs.lookup(volume, data.packed.is_some(), &data.scaling);
         let ratio = if stack.is_empty() { 1.0 } else { stack.spacing / scene.opacity_length(domain.map_or(volume.grid(), Domain::whole)) };
         let measure = if needs.optical_depth { Measure::OpticalDepth } else { Measure::Opacity };
@@ -98,6 +98,11 @@ impl<'v> FramePlan<'v> {
             slab,
             by,
             transfer2d: scene.transfer2d().cloned(),
+        });
+        // No slab's opacity is larger than its optical depth.
+        needs.compensated |= needs.compensates_faint(match scene.transfer2d() {
+            Some(transfer2d) => transfer2d.most_extinction() * ratio,
+            None => f64::from(transfer.strongest),
         });
         // Where empty slices count, or are looked at, all rows do.
         let (color, split) = color_frame(&data.scaling, &transfer, needs.skip && needs.colors() && !observed);

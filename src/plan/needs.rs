@@ -110,6 +110,12 @@ impl Needs {
         (self.method.is_pre_integrated() && self.colors() || self.blend == BlendKind::Surfaces) && !LEAN
     }
 
+    /// Whether sums are compensated in a frame whose strongest slab has an opacity of `strongest`, in fewer slices than [`Accumulation::MANY`].
+    pub(crate) fn compensates_faint(&self, strongest: f64) -> bool {
+        let may = self.blend == BlendKind::Over && self.method.slab != SlabForm::Riemann && self.method.target != Target::Unorm8;
+        may && self.method.accumulation == Accumulation::Auto && strongest > 0.0 && strongest <= Accumulation::FAINT
+    }
+
     /// Whether pieces of rays may be shorter than a slab whose opacity is known, and not its optical depth.
     pub(crate) fn short_pieces(&self) -> bool {
         self.colors() && !self.ends.whole() && !self.optical_depth && self.method.slab == SlabForm::Exponential

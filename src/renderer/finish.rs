@@ -29,6 +29,24 @@ enum Most {
     Unbounded,
 }
 
+impl Most {
+    /// What a sum counts as.
+    #[inline(always)]
+    fn of(self, sum: f32) -> f32 {
+        match self {
+            Self::Bounded(most) => {
+                if sum > most {
+                    most
+                } else {
+                    sum
+                }
+            }
+            Self::Unbounded if sum.is_nan() => 0.0,
+            Self::Unbounded => sum.clamp(f32::MIN, f32::MAX),
+        }
+    }
+}
+
 /// Layers become pictures over the scene's background.
 pub(crate) struct OverBackground {
     /// What is behind, premultiplied, in the numbers that layers have.
@@ -96,6 +114,15 @@ impl Finish for OverBackground {
         if self.light {
             out.iter_mut().for_each(|pixel| *pixel = displayed(*pixel));
         }
+    }
+
+    fn faint(&self, [r, g, b, t]: [f32; 4], lost: f32) -> [f32; 4] {
+        let [back_r, back_g, back_b, behind] = self.background;
+        // 1 - t is exact where t is at least a half.
+        let opacity = ((1.0 - t) + lost).clamp(0.0, 1.0);
+        let sums = [r + t * back_r, g + t * back_g, b + t * back_b, behind + opacity * (1.0 - behind)];
+        let pixel = sums.map(|c| self.most.of(c));
+        if self.light { displayed(pixel) } else { pixel }
     }
 }
 

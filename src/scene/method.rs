@@ -97,7 +97,7 @@ pub enum Target {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Accumulation {
-    /// Compensated from [`Accumulation::MANY`] slices on, plain below.
+    /// Compensated from [`Accumulation::MANY`] slices on, and where no slab's opacity is above [`Accumulation::FAINT`]; plain otherwise.
     #[default]
     Auto,
     /// One f32 a component: errors grow with the number of slices, and opacities below 2^-25 vanish.
@@ -109,6 +109,10 @@ pub enum Accumulation {
 impl Accumulation {
     /// Slices from which [`Accumulation::Auto`] compensates.
     pub const MANY: u64 = 2048;
+
+    /// Opacity of a frame's strongest slab up to which [`Accumulation::Auto`] compensates: plain sums of slabs that weak are off by up to 2^-24 a slab, and
+    /// it takes many of them to hide what is behind. Of stronger ones light is gone before errors have grown to 1e-5.
+    pub const FAINT: f64 = 1.0 / 256.0;
 }
 
 /// All of these choices together.

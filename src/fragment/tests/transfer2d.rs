@@ -6,6 +6,15 @@ use crate::fragment::transfer2d::{Classify2d, Numbers as Scaled, Transfer2dFrame
 use crate::scene::{Gradient, Region, Shape, Transfer2d};
 use crate::volume::Grid;
 
+/// Extinction times reference length: extinctions of regions add up, and the largest opacity below 1 stands for 1.
+fn extinction(transfer: &Transfer2d, value: f64, gradient: f64) -> f64 {
+    let of = |opacity: f64| -libm::log1p(-opacity.min(1.0 - f64::EPSILON / 2.0));
+    match transfer.entries() {
+        Some(_) => of(transfer.eval(value, gradient).alpha),
+        None => transfer.region_list().iter().map(|r| of(r.opacity * r.shape.at(value, gradient))).sum(),
+    }
+}
+
 /// A batch whose values and gradients are spread over those of `transfer`, through the kernel at every level.
 fn check(transfer: &Transfer2d, n: &mut Numbers) {
     let voxels = voxels(VoxelType::F32, DIMS, n);
@@ -27,7 +36,7 @@ fn check(transfer: &Transfer2d, n: &mut Numbers) {
             let value = scale * f64::from(before.sample.value[i]) + offset;
             let size = f64::from(before.gradient().size[i]) * gradient.unit;
             let length = ratio * f64::from(before.slab.length[i]);
-            let opacity_at = |v: f64, g: f64| -libm::expm1(length * libm::log1p(-transfer.eval(v, g).alpha));
+            let opacity_at = |v: f64, g: f64| -libm::expm1(-length * extinction(transfer, v, g));
             let straight = transfer.eval(value, size);
             let alpha = opacity_at(value, size);
             // What a rounding of value and gradient may change: much beside a side, which a jump is skipped for.

@@ -47,6 +47,8 @@ pub struct CountPoint {
     pub slices: u64,
     /// Error of the picture's opacity and colours, the largest.
     pub error: f64,
+    /// The same as a part of the component, the largest.
+    pub part: f64,
     /// What theory says of it: a bound for floats, the error itself for 8 bits.
     pub predicted: f64,
     /// Seconds of the frame.
