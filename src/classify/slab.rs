@@ -1,6 +1,6 @@
 //! What a slab of the volume is, and its colour and opacity at one value.
 
-use crate::scene::{DEEPEST, SlabForm, TransferFunction};
+use crate::scene::{DEEPEST, SlabForm, Straight, TransferFunction};
 
 /// What a slab is.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,7 +33,11 @@ pub(super) fn thinness(depth: f64) -> f64 {
 /// What a table says of a slab at a value: premultiplied colour and opacity 1 - (1 - a)^ratio; for Riemann's form, and as optical depth,
 /// -ln(1 - a) ratio; or its thinness.
 pub(crate) fn color(transfer: &TransferFunction, value: f64, slab: Slab) -> [f64; 4] {
-    let straight = transfer.eval(value);
+    of_straight(transfer.eval(value), slab)
+}
+
+/// The same of a straight colour and an opacity per reference length.
+pub(super) fn of_straight(straight: Straight, slab: Slab) -> [f64; 4] {
     if slab.measure == Measure::Thinness {
         let depth = if straight.alpha >= 1.0 { f64::INFINITY } else { -slab.ratio * libm::log1p(-straight.alpha) };
         return [0.0, 0.0, 0.0, thinness(depth)];

@@ -95,7 +95,7 @@ impl Snapshot {
             length: batch.slab.length[i],
             cell: place.voxel((batch.geometry.cells.base as u64).wrapping_add(offset)),
             weight: [0, 1, 2].map(|axis: usize| batch.sample.weight[axis][i]),
-            value: batch.sample.value[i],
+            value: batch.numbers.as_deref().unwrap_or(&batch.sample.value)[i],
             normal: gradient.map_or([0.0; 3], |g| [g.normal[0][i], g.normal[1][i], g.normal[2][i]]),
             steepness: gradient.map_or(0.0, |g| g.size[i] * place.gradient_unit),
             sloped: gradient.is_some(),

@@ -246,6 +246,8 @@ pub(crate) struct Batch {
     pub(crate) hits: Option<Box<SurfaceHits>>,
     /// Thinness of each fragment's whole slab, 1 / (1 + optical depth), where a batch had pieces shorter than that and slabs may be opaque.
     pub(crate) thinness: Option<Box<[f32; BATCH]>>,
+    /// Numbers that stand for the values looked up, where [`Sample::value`] holds positions in a table instead: see `labels.rs`.
+    pub(crate) numbers: Option<Box<[f32; BATCH]>>,
 }
 
 impl Batch {
@@ -294,6 +296,7 @@ impl Batch {
             gradient: gradients.then(GradientBatch::new),
             hits: hits.then(SurfaceHits::new),
             thinness: None,
+            numbers: None,
         })
     }
 

@@ -22,6 +22,7 @@ mod fog;
 mod frame;
 mod gradient;
 mod gradient_opacity;
+mod labels;
 mod light;
 mod pair;
 mod pieces;
@@ -42,6 +43,7 @@ pub(crate) use gradient::GradientFrame;
 #[cfg(feature = "explain")]
 pub(crate) use gradient::index_of;
 pub(crate) use gradient_opacity::OpacityFrame;
+pub(crate) use labels::{FetchLabels, LabelFrame, LabelPiece};
 pub(crate) use light::LightingFrame;
 pub(crate) use pair::{BEHIND, ClassifyPair, KeepValue};
 pub(crate) use pieces::{CorrectPieces, DEEP, PieceFrame, classify_pieces};

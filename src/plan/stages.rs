@@ -127,6 +127,8 @@ impl Kernels<'_> {
     fn fetch<'v>(&self) -> Run<'v> {
         let (level, far) = (self.level, self.needs.far);
         match (self.lookup, self.voxels) {
+            (Lookup::Labels, _) if far => level.kernel::<FetchLabels<true>, _, _>(),
+            (Lookup::Labels, _) => level.kernel::<FetchLabels<false>, _, _>(),
             (Lookup::Nearest, _) if far => level.kernel::<FetchNearest<true>, _, _>(),
             (Lookup::Nearest, _) => level.kernel::<FetchNearest<false>, _, _>(),
             (Lookup::Corners, _) if far => level.kernel::<FetchCorners<true>, _, _>(),

@@ -4,7 +4,7 @@ use super::surface::Surface;
 use crate::fragment::PixelBlock;
 use crate::fragment::project::NOTHING;
 use crate::lanes::SIDE;
-use crate::plan::FramePlan;
+use crate::plan::{FramePlan, KnotTable};
 use crate::scene::{Blend, Scene, Straight, TransferFunction};
 
 /// What becomes of a layer's pixels once a block is done.
@@ -44,6 +44,8 @@ pub(crate) struct Resolve<'f> {
     /// Value in the data's units of a gathered number v: `scale * v + offset`.
     scale: f64,
     offset: f64,
+    /// Where gathered numbers are positions in a table: that.
+    labels: Option<&'f KnotTable>,
     /// Gathered averages are relative to this number.
     low: f64,
 }
@@ -60,6 +62,7 @@ impl<'f> Resolve<'f> {
             surface: Surface { volume: plan.volume, stack: &plan.stack, transfer },
             scale: plan.data.scaling.scale,
             offset: plan.data.scaling.offset,
+            labels: plan.labels(),
             low: f64::from(plan.frame.color.low),
         }
     }
@@ -118,7 +121,10 @@ impl<'f> Resolve<'f> {
 
     /// Colour of a gathered number, if there is one.
     fn shown(&self, gathered: f32) -> Option<Straight> {
-        (gathered > NOTHING && gathered < f32::INFINITY).then(|| self.transfer.eval(self.scale * f64::from(gathered) + self.offset))
+        (gathered > NOTHING && gathered < f32::INFINITY).then(|| match self.labels {
+            Some(labels) => labels.straight(f64::from(gathered)),
+            None => self.transfer.eval(self.scale * f64::from(gathered) + self.offset),
+        })
     }
 }
 

@@ -8,6 +8,7 @@ mod convergence;
 mod cubic;
 mod extremes;
 mod fog;
+mod labels;
 mod light;
 mod lit;
 mod merged;

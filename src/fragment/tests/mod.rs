@@ -54,6 +54,7 @@ fn twins(id: StageId) -> &'static [fn()] {
             fetch::packed_16_bits,
             fetch::single_voxels,
             fetch::nearest_voxels,
+            fetch::labels,
             fetch::corners,
             cubic::values,
         ],
@@ -275,6 +276,7 @@ fn frame<'v>(voxels: &'v Voxels, n: &mut Numbers) -> Frame<'v> {
             far: false,
             to_f32: None,
             hidden_up_to: None,
+            labels: None,
         },
         color: ColorFrame {
             table: Arc::new(LookupTable::new(&colors)),
