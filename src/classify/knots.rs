@@ -56,7 +56,8 @@ impl KnotTable {
     pub(crate) fn new(transfer: &TransferFunction, slab: Slab) -> Self {
         let knots = transfer.knots();
         let most = (MOST / knots.len()).clamp(1, MOST_IN_PIECE);
-        let flat = |from: f64, straight: Straight, first: usize| Piece { from, width: f64::INFINITY, first, intervals: 0, ends: [straight; 2] };
+        let flat =
+            |from: f64, straight: Straight, first: usize| Piece { from, width: f64::INFINITY, first, intervals: 0, ends: [straight; 2] };
         // Below the first knot everything is like the smallest value; a step at the knot itself comes after it.
         let mut pieces = vec![flat(knots[0], transfer.eval(f64::MIN), 0)];
         for pair in knots.windows(2) {
@@ -64,10 +65,8 @@ impl KnotTable {
             let (start, middle) = (transfer.eval(from), transfer.eval(0.5 * from + 0.5 * to));
             // What the function tends to before a step at `to`. Between two f64 side by side there is nothing to tell.
             let beyond = |a: f64, m: f64| (2.0 * m - a).clamp(0.0, 1.0);
-            let end = Straight {
-                rgb: std::array::from_fn(|c| beyond(start.rgb[c], middle.rgb[c])),
-                alpha: beyond(start.alpha, middle.alpha),
-            };
+            let end =
+                Straight { rgb: std::array::from_fn(|c| beyond(start.rgb[c], middle.rgb[c])), alpha: beyond(start.alpha, middle.alpha) };
             let mut piece = Piece { from, width: to - from, first: 0, intervals: 1, ends: [start, end] };
             while piece.intervals < most && error(&piece, slab) > TABLE_ERROR {
                 piece.intervals *= 2;
@@ -155,7 +154,8 @@ mod tests {
         let transfer = TransferFunction::new(color, opacity).expect("valid");
         let table = KnotTable::new(&transfer, ONE);
         let entries = table.table(&transfer, ONE);
-        let values = [-5.0, 0.0, 1.0, 16_777_216.0, 16_777_217.0, 16_777_218.0, 999_999_999.0, 1e9, 1e9 + 1.0, big - 1.0, big, big + 1.0, 5e9];
+        let values =
+            [-5.0, 0.0, 1.0, 16_777_216.0, 16_777_217.0, 16_777_218.0, 999_999_999.0, 1e9, 1e9 + 1.0, big - 1.0, big, big + 1.0, 5e9];
         for value in values {
             let x = position(&table, value);
             let exact = transfer.eval(value);

@@ -208,7 +208,8 @@ pub fn explain(volume: &Volume, scene: &Scene, settings: &Settings, request: &Re
     }
     if renderer.plan(&scene).is_some_and(|plan| plan.labels().is_some() && !plan.needs.colors()) {
         let (low, high) = (volume.statistics().min, volume.statistics().max);
-        let values = format!("render.filter nearest: values from {low} to {high} are projected as places between the transfer function's points");
+        let values =
+            format!("render.filter nearest: values from {low} to {high} are projected as places between the transfer function's points");
         return Err(Error::invalid(format!("{values}, which this page cannot show; choose the blend over")));
     }
     let slices = shown(request.slices.clone(), stack.count, activity.at(pixel.0, pixel.1), &mut notes)?;

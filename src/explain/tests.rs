@@ -96,8 +96,7 @@ pub(super) fn resolved(explanation: &Explanation, volume: &Volume, scene: &Scene
     }
     batch.pixels.transmittance[0] = pixel.gathered[3];
     batch.pixels.excess[3][0] = pixel.excess;
-    let layer = resolve.pixel(&batch.pixels, 0, pixel.x as usize, pixel.y as usize);
-    layer.map_or_else(|| finish.nothing(), |(layer, lost)| if plan.needs.compensated { finish.faint(layer, lost) } else { finish.pixel(layer) })
+    resolve.finished(&finish, &batch.pixels, (0, pixel.x as usize, pixel.y as usize))
 }
 
 #[test]

@@ -26,7 +26,9 @@ pub(crate) use stages::{PairStages, Stages};
 
 use crate::classify::{By, Classifier, Classify, KnotPiece, Measure, Slab};
 use crate::fragment::project::NOTHING;
-use crate::fragment::{BlendFrame, ColorFrame, DEEP, Frame, LabelFrame, LabelPiece, Numbers, OptionalFrame, PieceFrame, SampleFrame, SurfaceFrame};
+use crate::fragment::{
+    BlendFrame, ColorFrame, DEEP, Frame, LabelFrame, LabelPiece, Numbers, OptionalFrame, PieceFrame, SampleFrame, SurfaceFrame,
+};
 use crate::lanes::{Level, LookupTable};
 use crate::proxy::{Domain, Stack};
 use crate::scene::{Blend, Fog, FogDistance, SampleAt, Scene};
@@ -223,7 +225,10 @@ fn color_frame(scaling: &Scaling, data: &TransferData, hidden: bool) -> (ColorFr
     if let Classifier::Label(_) = data.classifier {
         // Lookups give positions.
         let first_visible = if hidden { first_visible(&data.table, last, false) } else { 0.0 };
-        return (ColorFrame { table: data.table.clone(), low: 0.0, scale: [1.0, 1.0], last: last as f32, fine: None, first_visible }, false);
+        return (
+            ColorFrame { table: data.table.clone(), low: 0.0, scale: [1.0, 1.0], last: last as f32, fine: None, first_visible },
+            false,
+        );
     }
     let (from, to) = data.classifier.range();
     let (low, high) = (scaling.number(from), scaling.number(to));

@@ -87,17 +87,22 @@ impl<'f> Resolve<'f> {
             return;
         }
         for (n, out) in out.iter_mut().enumerate() {
-            *out = match self.pixel(pixels, i + n, x + n, y) {
-                None => finish.nothing(),
-                Some((layer, 0.0)) if !self.compensated => finish.pixel(layer),
-                Some((layer, lost)) => finish.faint(layer, lost),
-            };
+            *out = self.finished(finish, pixels, (i + n, x + n, y));
+        }
+    }
+
+    /// Pixel `i` of a block, at (x,y) of the picture, as `finish` makes it.
+    pub(crate) fn finished(&self, finish: &impl Finish, pixels: &PixelBlock, (i, x, y): (usize, usize, usize)) -> [f32; 4] {
+        match self.pixel(pixels, i, x, y) {
+            None => finish.nothing(),
+            Some((layer, 0.0)) if !self.compensated => finish.pixel(layer),
+            Some((layer, lost)) => finish.faint(layer, lost),
         }
     }
 
     /// Pixel `i` of a block, at (x,y) of the picture, and what its transmittance has lost of its opacity (see [`Finish::faint`]); `None` where
     /// nothing of the volume is in it.
-    pub(crate) fn pixel(&self, pixels: &PixelBlock, i: usize, x: usize, y: usize) -> Option<([f32; 4], f32)> {
+    fn pixel(&self, pixels: &PixelBlock, i: usize, x: usize, y: usize) -> Option<([f32; 4], f32)> {
         let [c0, c1, c2] = [0, 1, 2].map(|c: usize| pixels.color[c][i]);
         let t = pixels.transmittance[i];
         let front = match self.blend {

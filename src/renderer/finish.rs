@@ -63,8 +63,7 @@ impl OverBackground {
     pub(crate) fn new(scene: &Scene, method: &Method) -> Self {
         let Premultiplied { rgb, alpha } = background(scene);
         let [r, g, b] = rgb.map(|c| c as f32);
-        // Literal fog is added whatever a fragment's opacity.
-        let literal = scene.fog().is_some_and(|f| f.weighting() == FogWeighting::Literal);
+        let literal = has_literal_fog(scene);
         let most = match scene.blend() {
             Blend::Over if method.slab != SlabForm::Exponential => Most::Unbounded,
             Blend::Over if !literal => Most::Bounded(1.0),
@@ -74,6 +73,16 @@ impl OverBackground {
         let light = scene.linear_light();
         Self { background, nothing: if light { displayed(background) } else { background }, most, light }
     }
+}
+
+/// Whether `scene` has fog that is added whatever a fragment's opacity.
+fn has_literal_fog(scene: &Scene) -> bool {
+    scene.fog().is_some_and(|f| f.weighting() == FogWeighting::Literal)
+}
+
+/// Whether no colour of the pictures of `scene` by `method` is above its opacity.
+pub(super) fn is_bounded(scene: &Scene, method: &Method) -> bool {
+    method.slab == SlabForm::Exponential && !has_literal_fog(scene)
 }
 
 impl Finish for OverBackground {

@@ -62,7 +62,11 @@ fn hold(voxels: Voxels, labels: &[f64], rescale: (f64, f64), name: &str) {
                     });
                     let got = picture.pixel(x as u32, 1);
                     let apart = (0..4).map(|c| (f64::from(got[c]) - want[c]).abs()).fold(0.0, f64::max);
-                    assert!(apart < 1e-5, "{name}, {blend:?}, {classification:?}, {}, {back} behind {front}: {got:?} not {want:?}", level.name());
+                    assert!(
+                        apart < 1e-5,
+                        "{name}, {blend:?}, {classification:?}, {}, {back} behind {front}: {got:?} not {want:?}",
+                        level.name()
+                    );
                 }
             }
         }

@@ -73,7 +73,10 @@ fn layers_thinner_than_an_opaque_slab_have_the_opacity_of_their_thickness() {
                         let error = error(&volume, &scene, kappa);
                         // Ends of pieces this thin are known to 1e-14 of 60 units.
                         let bound = 1e-6 + kappa * 1e-13;
-                        assert!(error <= bound, "{classification:?}, {projection:?}, {order:?}, depth {slab_depth}, {part} at {z}: {error:e}");
+                        assert!(
+                            error <= bound,
+                            "{classification:?}, {projection:?}, {order:?}, depth {slab_depth}, {part} at {z}: {error:e}"
+                        );
                     }
                 }
             }

@@ -113,7 +113,10 @@ fn row(target: &str, opacity: f64, points: &[CountPoint], falls: bool) -> Row {
         group: "many slices".into(),
         case: format!("{target}, opacity {} in 1 to 1000000 slices", number(opacity)),
         promise: format!("{promise}, transmittance never rises"),
-        measured: format!("error {worst:.1e} at {at} slices, {part:.1e} of a component{}", if falls { "" } else { ", transmittance rises" }),
+        measured: format!(
+            "error {worst:.1e} at {at} slices, {part:.1e} of a component{}",
+            if falls { "" } else { ", transmittance rises" }
+        ),
         error: Some(worst),
         bound,
         holds: kept && falls,
