@@ -1,6 +1,6 @@
 use super::*;
 use crate::fragment::Batch;
-use crate::raster::{Finish, Resolve};
+use crate::raster::Resolve;
 use crate::renderer::OverBackground;
 use crate::scene::{
     Accumulation, Camera, Classification, ClipPlane, Ends, Filter, Fog, FogDistance, FogMode, FogWeighting, LevelSurface, Order, Placement,

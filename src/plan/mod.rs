@@ -109,10 +109,8 @@ impl<'v> FramePlan<'v> {
             transfer2d: scene.transfer2d().cloned(),
         });
         // No slab's opacity is larger than its optical depth.
-        needs.compensated |= needs.compensates_faint(match scene.transfer2d() {
-            Some(transfer2d) => transfer2d.most_extinction() * ratio,
-            None => f64::from(transfer.strongest),
-        });
+        let strongest = scene.transfer2d().map_or(f64::from(transfer.strongest), |transfer2d| transfer2d.most_extinction() * ratio);
+        needs.compensated |= needs.compensates_faint(stack.count, strongest);
         // Where empty slices count, or are looked at, all rows do.
         let (color, split) = color_frame(&data.scaling, &transfer, needs.skip && needs.colors() && !observed);
         let labels = if let Classifier::Label(table) = &transfer.classifier { Some(Arc::new(label_frame(table, volume))) } else { None };

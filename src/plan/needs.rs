@@ -125,10 +125,10 @@ impl Needs {
         (self.method.is_pre_integrated() && self.colors() || self.blend == BlendKind::Surfaces) && !LEAN
     }
 
-    /// Whether sums are compensated in a frame whose strongest slab has an opacity of `strongest`, in fewer slices than [`Accumulation::MANY`].
-    pub(crate) fn compensates_faint(&self, strongest: f64) -> bool {
+    /// Whether sums are compensated in a frame of fewer slices than [`Accumulation::MANY`], whose strongest slab has an opacity of `strongest`.
+    pub(crate) fn compensates_faint(&self, slices: u64, strongest: f64) -> bool {
         let may = self.blend == BlendKind::Over && self.method.slab != SlabForm::Riemann && self.method.target != Target::Unorm8;
-        may && self.method.accumulation == Accumulation::Auto && strongest > 0.0 && strongest <= Accumulation::FAINT
+        may && self.method.accumulation == Accumulation::Auto && Accumulation::is_faint(slices, strongest)
     }
 
     /// Whether pieces of rays may be shorter than a slab whose opacity is known, and not its optical depth.
