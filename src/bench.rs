@@ -93,14 +93,19 @@ pub fn stages<'r>(renderer: &'r mut Renderer, scene: &Scene) -> Result<Vec<Stage
 /// As [`stages`].
 pub fn addresses(renderer: &mut Renderer, scene: &Scene) -> Result<Vec<(&'static str, usize)>> {
     renderer.render(scene)?;
-    let stages = plan(renderer, scene)?.stages;
+    let FramePlan { frame, stages, .. } = plan(renderer, scene)?;
+    // Where classification runs twice, what runs is this.
+    let address = |stage: Stage<'_>| match &frame.pieces {
+        Some(pieces) if stage.id == StageId::Classify => pieces.classify as usize,
+        _ => stage.run as usize,
+    };
     let mut all: Vec<Stage<'_>> = [stages.span].into_iter().chain(stages.partial).chain(stages.whole).collect();
     if let Some(pairs) = stages.pairs {
         all.extend(pairs.keep.into_iter().chain([pairs.fetch]).chain(pairs.exit));
     }
     let mut list: Vec<(&'static str, usize)> = Vec::new();
     for stage in all {
-        let found = (stage.id.name(), stage.run as usize);
+        let found = (stage.id.name(), address(stage));
         if !list.contains(&found) {
             list.push(found);
         }

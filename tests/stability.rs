@@ -19,6 +19,7 @@ fn every_promise_holds() {
         ("stiffness", 60),
         ("opacity", 6),
         ("jumps", 6),
+        ("pieces of slabs", 28),
         ("many slices", 25),
         ("explicit Euler", 4),
         ("values", 19),

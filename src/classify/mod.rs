@@ -4,16 +4,19 @@
 //! |---|---|---|
 //! | `value.rs` | the value of a slab | midpoint slabs, pre-classified voxels, projections |
 //! | `pair.rs` | the values on both sides of a slab | pre-integrated slabs |
+//! | `knots.rs` | the value of a slab, with entries at the knots of the transfer function | labels of the nearest voxel, whatever their size |
 //!
 //! Another way to classify (a value and its gradient, a label) is a file here that implements [`Classify`], and a variant of [`Classifier`];
 //! a stage in `fragment` then looks its table up.
 
 mod change;
+mod knots;
 mod pair;
 mod slab;
 mod value;
 
 pub(crate) use change::{CHANGES, ChangeClasses, most as most_change, strongest};
+pub(crate) use knots::{KnotTable, Piece as KnotPiece};
 pub(crate) use pair::PairTable;
 pub(crate) use slab::{Measure, Slab};
 pub(crate) use value::ValueTable;
@@ -49,6 +52,8 @@ pub(crate) enum By {
     Value,
     /// The values on both sides of a slab.
     Pair,
+    /// The exact value of the nearest voxel.
+    Label,
 }
 
 /// How a frame classifies: everything but the thickness of its slabs.
@@ -58,6 +63,8 @@ pub(crate) enum Classifier {
     Value(ValueTable),
     /// By the values on both sides of a slab.
     Pair(PairTable),
+    /// By the exact value of the nearest voxel.
+    Label(KnotTable),
 }
 
 impl Classifier {
@@ -66,6 +73,7 @@ impl Classifier {
         match by {
             By::Value => Self::Value(ValueTable::new(transfer, range, slab)),
             By::Pair => Self::Pair(PairTable::new(transfer, range, slab)),
+            By::Label => Self::Label(KnotTable::new(transfer, slab)),
         }
     }
 }
@@ -77,6 +85,7 @@ impl Deref for Classifier {
         match self {
             Self::Value(table) => table,
             Self::Pair(table) => table,
+            Self::Label(table) => table,
         }
     }
 }

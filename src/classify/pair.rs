@@ -11,7 +11,7 @@
 //! a table as fine as it takes, and there is a smooth change from one to the other.
 
 use super::Classify;
-use super::slab::{Slab, color};
+use super::slab::{Measure, Slab, color, thinness};
 use super::value::{TABLE_ERROR, ValueTable, aligned};
 use crate::lanes::LookupTable;
 use crate::scene::TransferFunction;
@@ -69,7 +69,10 @@ impl Piece {
         Self { color, depth: self.depth + back.depth, left: self.left * back.left }
     }
 
-    fn entry(self) -> [f32; 4] {
+    fn entry(self, measure: Measure) -> [f32; 4] {
+        if measure == Measure::Thinness {
+            return [0.0, 0.0, 0.0, thinness(self.depth) as f32];
+        }
         let alpha = -libm::expm1(-self.depth);
         // Rounding must not leave more colour than opacity.
         let [r, g, b] = self.color.map(|c| c.min(alpha) as f32);
@@ -116,7 +119,7 @@ impl PairTable {
     }
 
     /// Entries (i, i+d) and (i+d, i) for all i.
-    fn diagonal(&self, d: usize, ratio: f64) -> Vec<[[f32; 4]; 2]> {
+    fn diagonal(&self, d: usize, Slab { ratio, measure, .. }: Slab) -> Vec<[[f32; 4]; 2]> {
         // An interval as one piece, upwards and downwards.
         let groups = if d <= FINE { PARTS } else { 2 };
         let in_group = PARTS / groups;
@@ -149,10 +152,10 @@ impl PairTable {
         (0..=n - d)
             .map(|i| {
                 if i % d == 0 {
-                    return tails[i].map(Piece::entry);
+                    return tails[i].map(|piece| piece.entry(measure));
                 }
                 let (a, b) = (tails[i], heads[i + d - 1]);
-                [a[0].over(b[0]).entry(), b[1].over(a[1]).entry()]
+                [a[0].over(b[0]).entry(measure), b[1].over(a[1]).entry(measure)]
             })
             .collect()
     }
@@ -174,7 +177,7 @@ impl Classify for PairTable {
     /// Entry (i,j) stands at i (entries per row) + j, front value first.
     fn table(&self, transfer: &TransferFunction, slab: Slab) -> LookupTable {
         let side = self.intervals + 1;
-        let diagonals: Vec<Vec<[[f32; 4]; 2]>> = (1..side).into_par_iter().map(|d| self.diagonal(d, slab.ratio)).collect();
+        let diagonals: Vec<Vec<[[f32; 4]; 2]>> = (1..side).into_par_iter().map(|d| self.diagonal(d, slab)).collect();
         let mut entries = vec![[0.0; 4]; side * side];
         for i in 0..side {
             let value =
@@ -211,7 +214,6 @@ impl Classify for PairTable {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::classify::Measure;
     use crate::scene::SlabForm;
 
     const ONE: Slab = Slab { ratio: 1.0, form: SlabForm::Exponential, measure: Measure::Opacity };

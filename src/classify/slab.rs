@@ -1,6 +1,6 @@
 //! What a slab of the volume is, and its colour and opacity at one value.
 
-use crate::scene::{DEEPEST, SlabForm, TransferFunction};
+use crate::scene::{DEEPEST, SlabForm, Straight, TransferFunction};
 
 /// What a slab is.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,12 +20,28 @@ pub(crate) enum Measure {
     Opacity,
     /// Optical depth, and colour times that: where opacity depends on more than the value, and so is made of it later.
     OpticalDepth,
+    /// Thinness 1 / (1 + optical depth) in the place of opacity, and no colour: 1 of nothing, 0 of an opacity of 1, which is infinitely deep.
+    /// It keeps the digits of depths whose opacity rounds to 1, and stays finite between such and infinity.
+    Thinness,
+}
+
+/// Thinness of a slab of optical depth `depth`.
+pub(super) fn thinness(depth: f64) -> f64 {
+    1.0 / (1.0 + depth)
 }
 
 /// What a table says of a slab at a value: premultiplied colour and opacity 1 - (1 - a)^ratio; for Riemann's form, and as optical depth,
-/// -ln(1 - a) ratio.
+/// -ln(1 - a) ratio; or its thinness.
 pub(crate) fn color(transfer: &TransferFunction, value: f64, slab: Slab) -> [f64; 4] {
-    let straight = transfer.eval(value);
+    of_straight(transfer.eval(value), slab)
+}
+
+/// The same of a straight colour and an opacity per reference length.
+pub(super) fn of_straight(straight: Straight, slab: Slab) -> [f64; 4] {
+    if slab.measure == Measure::Thinness {
+        let depth = if straight.alpha >= 1.0 { f64::INFINITY } else { -slab.ratio * libm::log1p(-straight.alpha) };
+        return [0.0, 0.0, 0.0, thinness(depth)];
+    }
     let alpha = match slab.form {
         _ if slab.measure == Measure::OpticalDepth => {
             // An opacity of 1 is infinitely deep in a slab of any thickness.
@@ -40,12 +56,12 @@ pub(crate) fn color(transfer: &TransferFunction, value: f64, slab: Slab) -> [f64
     [r, g, b, alpha]
 }
 
-/// What is seen of a table's entry: premultiplied colour and opacity.
-pub(super) fn seen([r, g, b, depth]: [f64; 4], measure: Measure) -> [f64; 4] {
-    if measure == Measure::Opacity || depth == 0.0 {
+/// What is seen of a table's entry: premultiplied colour and opacity; of one of optical depth, over a `share` of the slab.
+pub(super) fn seen([r, g, b, depth]: [f64; 4], measure: Measure, share: f64) -> [f64; 4] {
+    if measure != Measure::OpticalDepth || depth == 0.0 {
         return [r, g, b, depth];
     }
-    let alpha = -libm::expm1(-depth);
-    let share = alpha / depth;
-    [r * share, g * share, b * share, alpha]
+    let alpha = -libm::expm1(-depth * share);
+    let by = alpha / depth;
+    [r * by, g * by, b * by, alpha]
 }

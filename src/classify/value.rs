@@ -1,7 +1,7 @@
 //! A table over values: how many entries, over which values, and which of them are transparent.
 
 use super::Classify;
-use super::slab::{Slab, color, seen};
+use super::slab::{Measure, Slab, color, seen};
 use crate::lanes::LookupTable;
 use crate::scene::TransferFunction;
 
@@ -11,6 +11,12 @@ use crate::scene::TransferFunction;
 /// One place cannot keep it: where opacity comes close to 1 over a few entries only. At 1 itself the extinction is infinite, and for slabs much thinner than the reference
 /// length the last interval before it rises too late. What lies there is opaque within a few intervals all the same.
 pub(super) const TABLE_ERROR: f64 = 1.0 / 16384.0;
+/// Shares of a slab that a table of optical depths is judged by: a gradient may leave so little of it, or a piece of a ray be so short, and then
+/// depths are told apart that are all opaque in a whole slab. Next to an opacity of 1, which is infinitely deep, the table is wrong in one
+/// interval, however narrow that is.
+const SHARES: [f64; 3] = [1.0, 1.0 / 8.0, 1.0 / 64.0];
+/// Optical depth from which on it does not matter how sharply a table bends.
+const BENDS: f64 = 64.0;
 /// Most intervals of a table. With a step in the transfer function at least a sixteenth of them resolve it.
 const MOST: usize = 1 << 16;
 /// Fewest intervals of a table that is not constant.
@@ -71,15 +77,20 @@ impl ValueTable {
     pub(super) fn error(transfer: &TransferFunction, knots: &[f64], low: f64, high: f64, intervals: usize, slab: Slab) -> f64 {
         let width = (high - low) / intervals as f64;
         let entries: Vec<[f64; 4]> = (0..=intervals).map(|i| color(transfer, low + i as f64 * width, slab)).collect();
-        let mut strongest = entries.iter().fold(0.0, |most: f64, e| most.max(seen(*e, slab.measure)[3]));
+        let shares = if slab.measure == Measure::OpticalDepth { &SHARES[..] } else { &SHARES[..1] };
+        let mut strongest = entries.iter().fold(0.0, |most: f64, e| most.max(seen(*e, slab.measure, 1.0)[3]));
         let mut differ = |value: f64| {
             let x = (value - low) / width;
             let i = (x as usize).min(intervals - 1);
             let (a, b, t) = (entries[i], entries[i + 1], x - i as f64);
-            let exact = seen(color(transfer, value, slab), slab.measure);
-            strongest = strongest.max(exact[3]);
-            let found = seen([0, 1, 2, 3].map(|c: usize| a[c] + (b[c] - a[c]) * t), slab.measure);
-            (0..4).map(|c| (found[c] - exact[c]).abs()).fold(0.0, f64::max)
+            let exact = color(transfer, value, slab);
+            strongest = strongest.max(seen(exact, slab.measure, 1.0)[3]);
+            let found = [0, 1, 2, 3].map(|c: usize| a[c] + (b[c] - a[c]) * t);
+            let apart = |share: f64| {
+                let (found, exact) = (seen(found, slab.measure, share), seen(exact, slab.measure, share));
+                (0..4).map(|c| (found[c] - exact[c]).abs()).fold(0.0, f64::max)
+            };
+            shares.iter().map(|&share| apart(share)).fold(0.0, f64::max)
         };
         let middles = (0..intervals).map(|i| low + (i as f64 + 0.5) * width);
         let worst = knots.iter().copied().chain(middles).map(&mut differ).fold(0.0, f64::max);
@@ -164,7 +175,10 @@ fn fitted(transfer: &TransferFunction, knots: &[f64], low: f64, high: f64, slab:
     let mut bends: Vec<(f64, f64)> = knots
         .iter()
         .map(|&k| {
-            let at = |v: f64| color(transfer, v, slab);
+            let at = |v: f64| {
+                let entry = color(transfer, v, slab);
+                if entry[3] > BENDS { entry.map(|x| x * (BENDS / entry[3])) } else { entry }
+            };
             let (a, b, c) = (at(k - gap), at(k), at(k + gap));
             (k, (0..4).map(|i| ((c[i] - b[i]) - (b[i] - a[i])).abs() / gap).fold(0.0, f64::max))
         })

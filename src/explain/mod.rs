@@ -206,6 +206,12 @@ pub fn explain(volume: &Volume, scene: &Scene, settings: &Settings, request: &Re
     if through(&stack, pixel).is_none() {
         return Err(Error::invalid(format!("pixel {},{}: its ray passes the box by", pixel.0, pixel.1)));
     }
+    if renderer.plan(&scene).is_some_and(|plan| plan.labels().is_some() && !plan.needs.colors()) {
+        let (low, high) = (volume.statistics().min, volume.statistics().max);
+        let values =
+            format!("render.filter nearest: values from {low} to {high} are projected as places between the transfer function's points");
+        return Err(Error::invalid(format!("{values}, which this page cannot show; choose the blend over")));
+    }
     let slices = shown(request.slices.clone(), stack.count, activity.at(pixel.0, pixel.1), &mut notes)?;
     let mut pixels = vec![pixel];
     pixels.extend(

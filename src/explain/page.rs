@@ -89,3 +89,44 @@ pub(super) fn page(explanation: &Explanation) -> Result<String> {
     ]
     .concat())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Straight colours that are not on record: of lights, fogs, regions, the transfer function, and of what the page itself works out.
+    const STRAIGHT: [&str; 8] = [
+        "fog.color)",
+        "scene.example_fog.color)",
+        "lamp.color)",
+        "r.color)",
+        "[r, g, b])",
+        "rgb)",
+        "after)",
+        "shownOf(b.want.slice(0, 3), b.want[3]))",
+    ];
+
+    /// The same place of the record has one colour wherever it stands on the page: its swatch is made by one function of the record alone.
+    #[test]
+    fn swatches_of_the_record_are_made_in_one_place() {
+        let [tools, others @ ..] = SCRIPTS;
+        assert_eq!(tools.matches("\"swatch\"").count(), 1);
+        let (before, after) = tools.split_once("const swatch = ").expect("the script makes swatches");
+        let (_, rest) = after.split_once('\n').expect("more than a line");
+        // Each function there names the place that it shows, and takes the colour from it.
+        let named = rest.matches("swatch(").count();
+        assert_eq!((before.matches("swatch(").count(), named, rest.matches("swatch(shownOf(").count()), (0, 4, 4));
+        assert_eq!(rest.matches(", pixel ${pixel.x},${pixel.y}").count(), named);
+        let mut seen = 0;
+        for script in others.iter().chain(&LIT).chain([&MAIN]) {
+            assert!(!script.contains("\"swatch\"") && !script.contains("css(straightOf("), "a swatch of its own");
+            // With a small s: functions of the record are fragmentSwatch, twinSwatch and the like.
+            for (at, call) in script.match_indices("swatch(") {
+                let given = &script[at + call.len()..];
+                assert!(STRAIGHT.iter().any(|straight| given.starts_with(straight)), "swatch({}", &given[..given.len().min(40)]);
+                seen += 1;
+            }
+        }
+        assert!(seen >= STRAIGHT.len(), "{seen} swatches of straight colours");
+    }
+}

@@ -55,6 +55,8 @@ pub(super) struct PixelRecord {
     /// What it had gathered before the first slice recorded: colour, transmittance.
     pub(super) start: [f32; 4],
     pub(super) gathered: [f32; 4],
+    /// What rounding has added to the transmittance: the picture's opacity is 1 - transmittance + this. 0 where sums are not compensated.
+    pub(super) excess: f32,
     /// Runs of slices passed over: from, up to but without, and whether it was because the block was finished.
     pub(super) skipped: Vec<(u64, u64, bool)>,
     /// Recorded slices in the order they were blended.
@@ -283,6 +285,7 @@ impl PixelRecord {
             slant: 1.0,
             start,
             gathered: start,
+            excess: 0.0,
             skipped: Vec::new(),
             slice: Vec::new(),
             depth: Vec::new(),
@@ -311,6 +314,7 @@ impl PixelRecord {
         record.slant = journey.slant;
         record.start = start_of(journey);
         record.gathered = journey.gathered;
+        record.excess = journey.excess;
         record.skipped = journey.skipped.iter().map(|&Skipped { from, to, finished }| (from, to, finished)).collect();
         let (scale, offset) = context.scale();
         for step in &journey.steps {

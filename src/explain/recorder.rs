@@ -95,7 +95,7 @@ impl Snapshot {
             length: batch.slab.length[i],
             cell: place.voxel((batch.geometry.cells.base as u64).wrapping_add(offset)),
             weight: [0, 1, 2].map(|axis: usize| batch.sample.weight[axis][i]),
-            value: batch.sample.value[i],
+            value: batch.numbers.as_deref().unwrap_or(&batch.sample.value)[i],
             normal: gradient.map_or([0.0; 3], |g| [g.normal[0][i], g.normal[1][i], g.normal[2][i]]),
             steepness: gradient.map_or(0.0, |g| g.size[i] * place.gradient_unit),
             sloped: gradient.is_some(),
@@ -180,6 +180,8 @@ pub(super) struct Journey {
     pub(super) skipped: Vec<Skipped>,
     /// What it has gathered in the end.
     pub(super) gathered: [f32; 4],
+    /// What rounding has added to the transmittance, where sums are compensated.
+    pub(super) excess: f32,
     /// The sum over k of C_k prod_{j<k} (1 - A_j), and that product over all, in f64: nearest slice first.
     pub(super) closed: [f64; 4],
 }
@@ -250,6 +252,7 @@ impl Observer for Recorder {
                 steps: Vec::new(),
                 skipped: Vec::new(),
                 gathered: start,
+                excess: 0.0,
                 closed: [0.0, 0.0, 0.0, 1.0],
             }
         };
@@ -308,6 +311,7 @@ impl Observer for Recorder {
         for mut journey in self.current.drain(..) {
             let i = journey.lane;
             journey.gathered = [p.color[0][i], p.color[1][i], p.color[2][i], p.transmittance[i]];
+            journey.excess = p.excess[3][i];
             self.journeys.insert(journey.at, journey);
         }
     }

@@ -1,6 +1,6 @@
 use super::*;
 use crate::fragment::Batch;
-use crate::raster::{Finish, Resolve};
+use crate::raster::Resolve;
 use crate::renderer::OverBackground;
 use crate::scene::{
     Accumulation, Camera, Classification, ClipPlane, Ends, Filter, Fog, FogDistance, FogMode, FogWeighting, LevelSurface, Order, Placement,
@@ -95,8 +95,8 @@ pub(super) fn resolved(explanation: &Explanation, volume: &Volume, scene: &Scene
         batch.pixels.color[c][0] = pixel.gathered[c];
     }
     batch.pixels.transmittance[0] = pixel.gathered[3];
-    let layer = resolve.pixel(&batch.pixels, 0, pixel.x as usize, pixel.y as usize);
-    layer.map_or_else(|| finish.nothing(), |layer| finish.pixel(layer))
+    batch.pixels.excess[3][0] = pixel.excess;
+    resolve.finished(&finish, &batch.pixels, (0, pixel.x as usize, pixel.y as usize))
 }
 
 #[test]

@@ -244,6 +244,10 @@ pub(crate) struct Batch {
     pub(crate) gradient: Option<Box<GradientBatch>>,
     /// What rays meet of level surfaces, in frames that have any.
     pub(crate) hits: Option<Box<SurfaceHits>>,
+    /// Thinness of each fragment's whole slab, 1 / (1 + optical depth), where a batch had pieces shorter than that and slabs may be opaque.
+    pub(crate) thinness: Option<Box<[f32; BATCH]>>,
+    /// Numbers that stand for the values looked up, where [`Sample::value`] holds positions in a table instead: see `labels.rs`.
+    pub(crate) numbers: Option<Box<[f32; BATCH]>>,
 }
 
 impl Batch {
@@ -291,6 +295,8 @@ impl Batch {
             fog: FogBatch { each: [1.0; BATCH], slice: 1.0 },
             gradient: gradients.then(GradientBatch::new),
             hits: hits.then(SurfaceHits::new),
+            thinness: None,
+            numbers: None,
         })
     }
 

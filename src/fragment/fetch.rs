@@ -262,18 +262,25 @@ pub(crate) struct FetchNearest<const FAR: bool>;
 impl<'v, const FAR: bool> Kernel<Frame<'v>, Batch> for FetchNearest<FAR> {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
-        let upper = |weight: &[f32; BATCH], i: usize, stride: usize| if weight[i] >= 0.5 { stride } else { 0 };
-        let mut step = [0; BATCH];
         let lanes = spread(batch.rows);
-        for i in (0..BATCH).filter(|i| lanes >> i & 1 == 1) {
-            let [sx, sy, sz] = frame.sample.strides;
-            step[i] = upper(&batch.sample.weight[0], i, sx) + upper(&batch.sample.weight[1], i, sy) + upper(&batch.sample.weight[2], i, sz);
-        }
+        let step = nearest_steps(frame, batch, lanes);
         with_slices!(frame.sample.voxels, v => {
             let offset = |i: usize| if FAR { batch.rare.far_offset[i] as usize } else { batch.sample.offset[i] as usize };
             batch.geometry.cells.each(v, lanes, |i| offset(i) + step[i], frame.sample.to_f32, &mut batch.sample.value);
         });
     }
+}
+
+/// Distance from each fragment's lower corner to its nearest voxel, in voxels, of fragments of `lanes`.
+#[inline(always)]
+pub(super) fn nearest_steps(frame: &Frame<'_>, batch: &Batch, lanes: u64) -> [usize; BATCH] {
+    let upper = |weight: &[f32; BATCH], i: usize, stride: usize| if weight[i] >= 0.5 { stride } else { 0 };
+    let mut step = [0; BATCH];
+    for i in (0..BATCH).filter(|i| lanes >> i & 1 == 1) {
+        let [sx, sy, sz] = frame.sample.strides;
+        step[i] = upper(&batch.sample.weight[0], i, sx) + upper(&batch.sample.weight[1], i, sy) + upper(&batch.sample.weight[2], i, sz);
+    }
+    step
 }
 
 /// The eight voxels around each fragment, any type, not interpolated yet.

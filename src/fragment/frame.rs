@@ -1,6 +1,6 @@
 //! What stays the same for all batches of a frame, grouped by the stages that use it.
 
-use super::{OptionalFrame, SurfaceFrame};
+use super::{LabelFrame, OptionalFrame, PieceFrame, SurfaceFrame};
 use crate::lanes::{LookupTable, ToF32};
 use crate::scene::{FogMode, FogWeighting, Scene};
 use crate::volume::VoxelSlices;
@@ -25,6 +25,8 @@ pub(crate) struct SampleFrame<'v> {
     pub(crate) to_f32: Option<ToF32>,
     /// Stored integer up to which nothing shows, where packed lookups may leave rows out that have nothing above it around them.
     pub(crate) hidden_up_to: Option<i32>,
+    /// How values become positions in the table, where lookups tell them apart exactly.
+    pub(crate) labels: Option<Arc<LabelFrame>>,
 }
 
 /// What classification needs.
@@ -84,4 +86,6 @@ pub(crate) struct Frame<'v> {
     pub(crate) optional: OptionalFrame,
     /// Level surfaces, where rays are followed through them.
     pub(crate) surfaces: Option<Box<SurfaceFrame<'v>>>,
+    /// Thinness of slabs, where pieces of them may be short and whole ones opaque.
+    pub(crate) pieces: Option<Box<PieceFrame<'v>>>,
 }

@@ -8,10 +8,13 @@ use super::batch::Batch;
 use super::frame::Frame;
 use super::gradient::GradientFrame;
 use super::gradient_opacity::finish;
-use crate::lanes::math::{exp_negative, log1p_negated};
+use crate::lanes::math::{exp_negative, ln_below_one, log1p_negated};
 use crate::lanes::{Kernel, Lanes, Level, LookupTable, for_rows, row, row_mut, rows_of};
 use crate::scene::{DEEPEST, GAUSSIAN_END, Shape, Transfer2d};
 use std::sync::Arc;
+
+/// Opacities of regions from which on what they leave is a number of its own.
+const NEARLY_OPAQUE: f64 = 0.9;
 
 /// A region in the stages' numbers.
 #[derive(Debug, Clone, Copy)]
@@ -19,6 +22,8 @@ struct RegionFrame {
     shape: ShapeFrame,
     color: [f32; 3],
     opacity: f32,
+    /// What an opacity close to 1 leaves, 1 - opacity, whose digits the opacity has lost; `None` for others.
+    left: Option<f32>,
 }
 
 /// [`Shape`] in the stages' numbers: v is a value, g the size of a gradient.
@@ -92,6 +97,8 @@ impl Transfer2dFrame {
             },
             color: region.color.map(|c| c as f32),
             opacity: region.opacity as f32,
+            // Opacity 1 has no finite extinction; the largest below it has.
+            left: (region.opacity >= NEARLY_OPAQUE).then(|| (1.0 - region.opacity).max(f64::EPSILON / 2.0) as f32),
         });
         let table = transfer.entries().map(|t| {
             let depths = t.colors.iter().map(|&[r, g, b, a]| {
@@ -106,6 +113,22 @@ impl Transfer2dFrame {
             }
         });
         Self { regions: regions.collect(), table, ratio: ratio as f32 }
+    }
+}
+
+impl RegionFrame {
+    /// Extinction times reference length where the value is `v` and the gradient's size `g`.
+    #[inline(always)]
+    fn extinction<L: Lanes>(&self, v: L::F, g: L::F) -> L::F {
+        let strength = self.shape.at::<L>(v, g);
+        let opacity = L::mul(strength, L::splat(self.opacity));
+        let mut log = log1p_negated::<L>(opacity);
+        if let Some(left) = self.left {
+            // 1 - s a = (1 - a) + a (1 - s).
+            let all = L::add(L::splat(left), L::mul(L::splat(self.opacity), L::sub(L::splat(1.0), strength)));
+            log = L::select(L::lt(opacity, L::splat(0.5)), log, ln_below_one::<L>(all));
+        }
+        L::sub(L::splat(0.0), log)
     }
 }
 
@@ -173,9 +196,7 @@ impl<'v> Kernel<Frame<'v>, Batch> for Classify2d {
             let g = L::load(row(&gradient.size, r));
             let (mut color, mut depth) = ([zero; 3], zero);
             for region in &transfer.regions {
-                let opacity = L::mul(region.shape.at::<L>(v, g), L::splat(region.opacity));
-                let extinction = L::sub(zero, log1p_negated::<L>(opacity));
-                let more = L::min(L::mul(extinction, L::splat(transfer.ratio)), L::splat(DEEPEST as f32));
+                let more = L::min(L::mul(region.extinction::<L>(v, g), L::splat(transfer.ratio)), L::splat(DEEPEST as f32));
                 depth = L::add(depth, more);
                 for c in 0..3 {
                     color[c] = L::add(color[c], L::mul(more, L::splat(region.color[c])));

@@ -48,14 +48,26 @@ pub(crate) fn exp_negative<L: Lanes>(x: L::F) -> L::F {
 /// opacities keep their relative accuracy. Error below 3 units in the last place of the result for the rounded 1 - a.
 #[inline(always)]
 pub(crate) fn log1p_negated<L: Lanes>(a: L::F) -> L::F {
-    let y = L::sub(L::splat(1.0), a);
+    logarithm::<L>(L::sub(L::splat(1.0), a), L::sub(L::splat(0.0), a))
+}
+
+/// ln(y) for y in `[0,1]`, within 3 units in the last place; y = 0 gives a number below -1e30 that stands for minus infinity.
+#[inline(always)]
+pub(crate) fn ln_below_one<L: Lanes>(y: L::F) -> L::F {
+    // Exact where it counts: from a half on.
+    logarithm::<L>(y, L::sub(y, L::splat(1.0)))
+}
+
+/// ln(y), where y is 1 + `above_one` but for the rounding of y.
+#[inline(always)]
+fn logarithm<L: Lanes>(y: L::F, above_one: L::F) -> L::F {
     let bits = L::to_bits(y);
     // Adding the distance from sqrt(1/2) to 1 moves the split between exponents to sqrt(1/2).
     let shifted = L::add_i(bits, L::splat_i(0x3f80_0000 - 0x3f35_04f3));
     let e = L::sub_i(L::sar::<23>(shifted), L::splat_i(127));
     let m = L::of_bits(L::sub_i(bits, L::shl::<23>(e)));
     let near = L::eq_i(e, L::splat_i(0));
-    let f = L::select(near, L::sub(L::splat(0.0), a), L::sub(m, L::splat(1.0)));
+    let f = L::select(near, above_one, L::sub(m, L::splat(1.0)));
     let s = L::div(f, L::add(L::splat(2.0), f));
     let z = L::mul(s, s);
     let mut p = L::splat(2.0 / 9.0);

@@ -16,16 +16,19 @@ mod prepared;
 mod scaling;
 mod stages;
 
+pub(crate) use crate::classify::KnotTable;
 pub(crate) use left_out::{Planned, Saving, passed_over};
 pub(crate) use merging::Merging;
 pub(crate) use needs::{EndPieces, Needs, method, order};
-pub(crate) use prepared::{MergedData, Prepared, SurfaceBricks, TransferData, TransferKey, VolumeData};
+pub(crate) use prepared::{MergedData, Prepared, SurfaceBricks, ThinnessData, TransferData, TransferKey, VolumeData};
 pub(crate) use scaling::Scaling;
 pub(crate) use stages::{PairStages, Stages};
 
-use crate::classify::{By, Classify, Measure, Slab};
+use crate::classify::{By, Classifier, Classify, KnotPiece, Measure, Slab};
 use crate::fragment::project::NOTHING;
-use crate::fragment::{BlendFrame, ColorFrame, Frame, Numbers, OptionalFrame, SampleFrame, SurfaceFrame};
+use crate::fragment::{
+    BlendFrame, ColorFrame, DEEP, Frame, LabelFrame, LabelPiece, Numbers, OptionalFrame, PieceFrame, SampleFrame, SurfaceFrame,
+};
 use crate::lanes::{Level, LookupTable};
 use crate::proxy::{Domain, Stack};
 use crate::scene::{Blend, Fog, FogDistance, SampleAt, Scene};
@@ -79,6 +82,8 @@ pub(crate) struct FramePlan<'v> {
     pub(crate) domain: Option<&'v Domain>,
     /// What the scene did not need.
     pub(crate) left_out: Vec<Planned>,
+    /// What the tables were made of.
+    pub(crate) transfer: Arc<TransferData>,
     /// Share of the bricks in which anything shows, where empty ones are passed over.
     pub(crate) visible_share: Option<f64>,
 }
@@ -87,28 +92,37 @@ impl<'v> FramePlan<'v> {
     /// The plan for one frame of `subject`, with what is `kept` between frames.
     pub(crate) fn new(subject: Subject<'_, 'v>, kept: &mut impl Prepared) -> Self {
         let Subject { scene, volume, data, stack, terminate, level, observed, domain } = subject;
-        let needs = Needs::new(scene, &stack, data.bricks.non_finite > 0, terminate);
+        let mut needs = Needs::new(scene, &stack, data.bricks.non_finite > 0, terminate).with_values(scene, volume, data.bricks.range);
         let lookup = needs.lookup(volume, data.packed.is_some(), &data.scaling);
         let ratio = if stack.is_empty() { 1.0 } else { stack.spacing / scene.opacity_length(domain.map_or(volume.grid(), Domain::whole)) };
         let measure = if needs.optical_depth { Measure::OpticalDepth } else { Measure::Opacity };
         let slab = Slab { ratio, form: needs.method.slab, measure };
-        let by = if needs.method.is_pre_integrated() { By::Pair } else { By::Value };
+        let by = match needs.method.is_pre_integrated() {
+            true => By::Pair,
+            false if needs.labels => By::Label,
+            false => By::Value,
+        };
         let transfer = kept.transfer(TransferKey {
             transfer: prepared::classified_by(scene, volume, &data.bricks),
             slab,
             by,
             transfer2d: scene.transfer2d().cloned(),
         });
+        // No slab's opacity is larger than its optical depth.
+        let strongest = scene.transfer2d().map_or(f64::from(transfer.strongest), |transfer2d| transfer2d.most_extinction() * ratio);
+        needs.compensated |= needs.compensates_faint(stack.count, strongest);
         // Where empty slices count, or are looked at, all rows do.
         let (color, split) = color_frame(&data.scaling, &transfer, needs.skip && needs.colors() && !observed);
+        let labels = if let Classifier::Label(table) = &transfer.classifier { Some(Arc::new(label_frame(table, volume))) } else { None };
         let surfaces = scene.surfaces().filter(|_| needs.blend == BlendKind::Surfaces);
         let numbers = Numbers { scale: data.scaling.scale, offset: data.scaling.offset };
-        let frame = Frame {
-            sample: sample_frame(volume, data, &needs, lookup, &color),
+        let mut frame = Frame {
+            sample: SampleFrame { labels: labels.clone(), ..sample_frame(volume, data, &needs, lookup, &color) },
             color,
-            blend: BlendFrame { terminate, level: level_of(scene, &data.scaling) as f32 },
+            blend: BlendFrame { terminate, level: level_of(scene, &data.scaling, labels.as_deref()) },
             optional: OptionalFrame::of(scene, volume.grid(), &stack, numbers, ratio, if needs.terminate { terminate } else { 0.0 }),
             surfaces: surfaces.as_ref().map(|s| Box::new(SurfaceFrame::new(s, scene, volume, &stack, |value| data.scaling.number(value)))),
+            pieces: None,
         };
         let merged = if needs.merge { kept.merged(&transfer) } else { None };
         let runs = Runs::new(&stack, needs.ends.between(), needs.merge);
@@ -128,8 +142,15 @@ impl<'v> FramePlan<'v> {
             split,
             fine: frame.color.fine.is_some(),
             level,
+            pieces: needs.short_pieces() && transfer.strongest >= DEEP,
             part: domain.is_some(),
         };
+        if kernels.pieces {
+            let thin = kept.thinness(&transfer);
+            let fine = frame.color.fine.as_ref().zip(thin.fine.clone()).map(|((_, map), table)| (table, *map));
+            let color = ColorFrame { table: thin.table.clone(), fine, ..frame.color.clone() };
+            frame.pieces = Some(Box::new(PieceFrame { frame: Frame { color, ..frame.clone() }, classify: kernels.classify() }));
+        }
         Self {
             stages: Stages::new(kernels),
             merging: merged.map(|merged| Merging::new(&frame, &merged)),
@@ -145,9 +166,15 @@ impl<'v> FramePlan<'v> {
             domain,
             left_out: left_out::planned(scene, volume, &needs, lookup.loads()),
             visible_share,
+            transfer,
             needs,
             stack,
         }
+    }
+
+    /// The table that lookups give positions in, where they tell labels apart exactly.
+    pub(crate) fn labels(&self) -> Option<&KnotTable> {
+        if let Classifier::Label(table) = &self.transfer.classifier { Some(table) } else { None }
     }
 
     /// Whether fog goes by the distance from the eye.
@@ -170,6 +197,7 @@ fn sample_frame<'v>(volume: &'v Volume, data: &'v VolumeData, needs: &Needs, loo
             far: needs.far,
             to_f32: data.scaling.to_f32,
             hidden_up_to: None,
+            labels: None,
         };
     }
     let packed = data.packed.as_ref().filter(|_| lookup == Lookup::Packed);
@@ -184,15 +212,24 @@ fn sample_frame<'v>(volume: &'v Volume, data: &'v VolumeData, needs: &Needs, loo
         to_f32: data.scaling.to_f32,
         // Slabs between two values are classified by more than the value at hand.
         hidden_up_to: if needs.method.is_pre_integrated() { None } else { hidden_up_to(kind, color.low, color.scale, color.first_visible) },
+        labels: None,
     }
 }
 
 /// What classification by `data` needs, and whether the table's scale is applied in two steps. Where nothing may be `hidden`, every row
 /// counts as visible.
 fn color_frame(scaling: &Scaling, data: &TransferData, hidden: bool) -> (ColorFrame, bool) {
+    let last = data.classifier.last();
+    if let Classifier::Label(_) = data.classifier {
+        // Lookups give positions.
+        let first_visible = if hidden { first_visible(&data.table, last, false) } else { 0.0 };
+        return (
+            ColorFrame { table: data.table.clone(), low: 0.0, scale: [1.0, 1.0], last: last as f32, fine: None, first_visible },
+            false,
+        );
+    }
     let (from, to) = data.classifier.range();
     let (low, high) = (scaling.number(from), scaling.number(to));
-    let last = data.classifier.last();
     let scale = if last == 0 { 0.0 } else { last as f64 / (high - low) };
     let split = scale != 0.0 && !(1e-30..1e30).contains(&scale.abs());
     let factors = if split {
@@ -219,10 +256,16 @@ fn first_visible(table: &LookupTable, last: usize, fine: bool) -> f32 {
     (if fine { hidden.saturating_sub(1) } else { hidden }) as f32
 }
 
-/// Threshold or level of a projection, as a number.
-fn level_of(scene: &Scene, scaling: &Scaling) -> f64 {
+/// How the values of `volume` become positions in `table`.
+fn label_frame(table: &KnotTable, volume: &Volume) -> LabelFrame {
+    let piece = |p: &KnotPiece| LabelPiece { from: p.from, width: p.width, first: p.first as f64, intervals: p.intervals as f64 };
+    LabelFrame { rescale: volume.rescale(), pieces: table.pieces().iter().map(piece).collect() }
+}
+
+/// Threshold or level of a projection, as the number or the position that it is compared with.
+fn level_of(scene: &Scene, scaling: &Scaling, labels: Option<&LabelFrame>) -> f32 {
     match scene.blend() {
-        Blend::Lmip { threshold: x } | Blend::Iso { level: x } => scaling.number(x),
+        Blend::Lmip { threshold: x } | Blend::Iso { level: x } => labels.map_or(scaling.number(x) as f32, |labels| labels.position(x)),
         _ => 0.0,
     }
 }

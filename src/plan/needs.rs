@@ -6,7 +6,10 @@ use crate::proxy::Stack;
 use crate::scene::{
     Accumulation, Blend, Classification, Ends, Filter, Fits, Fog, FogDistance, Method, OptionalStage, Order, Scene, SlabForm, Target,
 };
-use crate::volume::Volume;
+use crate::volume::{Volume, VoxelType};
+
+/// Range of stored values up to which a table of equal intervals tells neighbouring whole numbers apart: an interval is a quarter of their distance.
+const LABELS: f64 = 16384.0;
 
 /// What a frame needs, decided before the first pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,6 +36,8 @@ pub(crate) struct Needs {
     pub(crate) ends: EndPieces,
     /// Whether classification gives optical depth, because opacity depends on more than the value.
     pub(crate) optical_depth: bool,
+    /// Whether the nearest voxels' values are told apart exactly, because a table over their range, or f32, cannot.
+    pub(crate) labels: bool,
 }
 
 /// [`Blend`] without its numbers.
@@ -97,7 +102,17 @@ impl Needs {
             compensated: compensated && blend == BlendKind::Over,
             ends,
             optical_depth: colors && scene.opacity_by_gradient() && !LEAN,
+            labels: false,
         }
+    }
+
+    /// The same for a volume whose stored values lie in `range`.
+    pub(crate) fn with_values(self, scene: &Scene, volume: &Volume, (min, max): (f64, f64)) -> Self {
+        let wide = volume.voxels().voxel_type() == VoxelType::F64 || max - min > LABELS;
+        // Averages and crossings of a level go by the numbers themselves, slabs between two values and functions of two variables too.
+        let shown = matches!(self.blend, BlendKind::Over | BlendKind::Add | BlendKind::Max | BlendKind::Min | BlendKind::Lmip);
+        let by_value = shown && !self.method.is_pre_integrated() && scene.transfer2d().is_none();
+        Self { labels: self.method.filter == Filter::Nearest && by_value && wide && !LEAN, ..self }
     }
 
     /// Whether fragments become colours before they are blended.
@@ -110,9 +125,21 @@ impl Needs {
         (self.method.is_pre_integrated() && self.colors() || self.blend == BlendKind::Surfaces) && !LEAN
     }
 
+    /// Whether sums are compensated in a frame of fewer slices than [`Accumulation::MANY`], whose strongest slab has an opacity of `strongest`.
+    pub(crate) fn compensates_faint(&self, slices: u64, strongest: f64) -> bool {
+        let may = self.blend == BlendKind::Over && self.method.slab != SlabForm::Riemann && self.method.target != Target::Unorm8;
+        may && self.method.accumulation == Accumulation::Auto && Accumulation::is_faint(slices, strongest)
+    }
+
+    /// Whether pieces of rays may be shorter than a slab whose opacity is known, and not its optical depth.
+    pub(crate) fn short_pieces(&self) -> bool {
+        self.colors() && !self.ends.whole() && !self.optical_depth && self.method.slab == SlabForm::Exponential
+    }
+
     /// How voxels are loaded.
     pub(crate) fn lookup(&self, volume: &Volume, packed: bool, scaling: &Scaling) -> Lookup {
         match (self.method.filter, self.method.classification) {
+            (Filter::Nearest, _) if self.labels => return Lookup::Labels,
             (Filter::Nearest, _) => return Lookup::Nearest,
             (Filter::Cubic { .. }, _) => return Lookup::Cubic,
             (Filter::Linear, Classification::Pre) => return Lookup::Corners,
@@ -158,6 +185,8 @@ impl EndPieces {
 pub(crate) enum Lookup {
     /// The nearest voxel alone.
     Nearest,
+    /// The same, as its position in a table: see [`Needs::labels`].
+    Labels,
     /// Eight voxels one by one, to be classified before they are interpolated.
     Corners,
     /// Voxels packed with their neighbours along y: two loads bring all eight.
@@ -176,7 +205,7 @@ impl Lookup {
         match self {
             Self::Packed => Some(2),
             Self::Pairs => Some(4),
-            Self::Nearest | Self::Corners | Self::Single => Some(8),
+            Self::Nearest | Self::Labels | Self::Corners | Self::Single => Some(8),
             Self::Cubic => None,
         }
     }

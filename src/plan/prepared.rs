@@ -2,7 +2,7 @@
 
 use super::Scaling;
 use super::scaling::value_range;
-use crate::classify::{By, ChangeClasses, Classifier, Classify, Slab, strongest};
+use crate::classify::{By, ChangeClasses, Classifier, Classify, Measure, Slab, strongest};
 use crate::lanes::LookupTable;
 use crate::proxy::Domain;
 use crate::scene::{Scene, Surfaces, Transfer2d, TransferFunction};
@@ -83,6 +83,8 @@ pub(crate) struct TransferData {
     pub(crate) fine: Option<Arc<LookupTable>>,
     /// What bricks show: 0 nothing, 1 something.
     pub(crate) bricks: Arc<BrickClasses>,
+    /// What the strongest slab's opacity is, or its optical depth where the table tells that.
+    pub(crate) strongest: f32,
 }
 
 impl TransferData {
@@ -119,7 +121,8 @@ impl TransferData {
                 })
             }
         };
-        Self { key, classifier, table, fine, bricks }
+        let fine_strongest = fine.as_deref().map_or(0.0, strongest);
+        Self { strongest: strongest(&table).max(fine_strongest), key, classifier, table, fine, bricks }
     }
 }
 
@@ -146,7 +149,25 @@ impl MergedData {
         });
         let slab = data.key.slab;
         let tables = MERGED.map(|count| Arc::new(layout.table(&data.key.transfer, Slab { ratio: count as f64 * slab.ratio, ..slab })));
-        Some(Self { tables, strongest: strongest(&data.table), bricks })
+        Some(Self { tables, strongest: data.strongest, bricks })
+    }
+}
+
+/// Tables of the thinness of slabs, laid out as those of their colours.
+#[derive(Debug)]
+pub(crate) struct ThinnessData {
+    pub(crate) table: Arc<LookupTable>,
+    pub(crate) fine: Option<Arc<LookupTable>>,
+}
+
+impl ThinnessData {
+    /// Those of slabs like those of `data`.
+    pub(crate) fn new(data: &TransferData) -> Self {
+        let (transfer, slab) = (&data.key.transfer, Slab { measure: Measure::Thinness, ..data.key.slab });
+        Self {
+            table: Arc::new(data.classifier.table(transfer, slab)),
+            fine: data.classifier.fine().map(|layout| Arc::new(layout.table(transfer, slab))),
+        }
     }
 }
 
@@ -157,6 +178,9 @@ pub(crate) trait Prepared {
 
     /// What it takes to make one slab of several like those of `data`; nothing where that cannot be.
     fn merged(&mut self, data: &TransferData) -> Option<Arc<MergedData>>;
+
+    /// The thinness of slabs like those of `data`.
+    fn thinness(&mut self, data: &TransferData) -> Arc<ThinnessData>;
 
     /// What bricks show of `data` (of slabs that are `merged`, how much changes there), in windows for `runs`.
     fn skip_table(&mut self, data: &TransferData, merged: Option<&MergedData>, runs: &Runs) -> Arc<SkipTable>;

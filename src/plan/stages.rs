@@ -58,6 +58,8 @@ pub(super) struct Kernels<'s> {
     /// Whether slabs within an interval of a table over pairs have a table of their own.
     pub(super) fine: bool,
     pub(super) level: Level,
+    /// Whether pieces are shorter than slabs that may be opaque: see [`PieceFrame`].
+    pub(super) pieces: bool,
     /// Whether a part of a volume is looked up.
     pub(super) part: bool,
 }
@@ -94,8 +96,10 @@ impl Kernels<'_> {
             StageId::Guard => (self.needs.guard && self.lookup != Lookup::Corners && !self.needs.pairs() && of != For::Keep && !LEAN)
                 .then(|| level.kernel::<Guard, _, _>()),
             StageId::Keep => (of == For::Keep).then(|| level.kernel::<KeepValue, _, _>()),
+            StageId::Classify if shades && self.has_pieces(of) => Some(classify_pieces),
             StageId::Classify => shades.then(|| self.classify()),
             // Where opacity depends on the gradient that stage knows the length too.
+            StageId::Correct if shades && self.has_pieces(of) => Some(level.kernel::<CorrectPieces, _, _>()),
             StageId::Correct => {
                 (shades && !self.needs.optical_depth && (of != For::Whole || self.needs.perspective)).then(|| self.correct())
             }
@@ -111,6 +115,11 @@ impl Kernels<'_> {
         }
     }
 
+    /// Whether a list's batches may have pieces shorter than slabs that may be opaque.
+    fn has_pieces(&self, of: For) -> bool {
+        self.pieces && matches!(of, For::Partial | For::Behind)
+    }
+
     fn span<'v>(&self) -> Run<'v> {
         if self.needs.pairs() { self.level.kernel::<SpanPair, _, _>() } else { self.level.kernel::<Span, _, _>() }
     }
@@ -118,6 +127,8 @@ impl Kernels<'_> {
     fn fetch<'v>(&self) -> Run<'v> {
         let (level, far) = (self.level, self.needs.far);
         match (self.lookup, self.voxels) {
+            (Lookup::Labels, _) if far => level.kernel::<FetchLabels<true>, _, _>(),
+            (Lookup::Labels, _) => level.kernel::<FetchLabels<false>, _, _>(),
             (Lookup::Nearest, _) if far => level.kernel::<FetchNearest<true>, _, _>(),
             (Lookup::Nearest, _) => level.kernel::<FetchNearest<false>, _, _>(),
             (Lookup::Corners, _) if far => level.kernel::<FetchCorners<true>, _, _>(),
@@ -134,7 +145,7 @@ impl Kernels<'_> {
         }
     }
 
-    fn classify<'v>(&self) -> Run<'v> {
+    pub(super) fn classify<'v>(&self) -> Run<'v> {
         let level = self.level;
         if self.needs.pairs() {
             return self.classify_pairs(self.needs.method.classification == Classification::SecondOrder);

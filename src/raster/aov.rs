@@ -28,8 +28,8 @@ pub(crate) struct Seen {
     pub(crate) at: f64,
     /// Level of the surface there.
     pub(crate) level: Option<f64>,
-    /// Transmittance.
-    pub(crate) left: f32,
+    /// Opacity: what transmittance leaves to 1, and what rounding has added to that.
+    pub(crate) alpha: f32,
 }
 
 /// Notes where rays end up.
@@ -94,15 +94,17 @@ impl Observer for Looker {
     fn done(&mut self, batch: &Batch) {
         for i in 0..BATCH {
             let left = batch.pixels.transmittance[i];
+            // Zero where sums are not compensated.
+            let lost = batch.pixels.excess[3][i];
             let (at, level) = match self.told {
                 Told::Transmittance { .. } => (self.at[i], None),
                 Told::Surfaces => batch.hits.as_ref().map_or((f64::INFINITY, None), |hits| (hits.depth[i], Some(hits.level[i]))),
                 Told::FirstCrossing => (if left == 0.0 { f64::from(batch.pixels.color[1][i]) } else { f64::INFINITY }, None),
             };
             // Lanes of other tiles have seen nothing here.
-            if at.is_finite() || left < 1.0 {
+            if at.is_finite() || left < 1.0 || lost > 0.0 {
                 let pixel = (self.first.0 + (i % SIDE) as u32, self.first.1 + (i / SIDE) as u32);
-                self.seen.push(Seen { pixel, at, level, left });
+                self.seen.push(Seen { pixel, at, level, alpha: (1.0 - left) + lost });
             }
         }
     }

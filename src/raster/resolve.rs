@@ -4,7 +4,7 @@ use super::surface::Surface;
 use crate::fragment::PixelBlock;
 use crate::fragment::project::NOTHING;
 use crate::lanes::SIDE;
-use crate::plan::FramePlan;
+use crate::plan::{FramePlan, KnotTable};
 use crate::scene::{Blend, Scene, Straight, TransferFunction};
 
 /// What becomes of a layer's pixels once a block is done.
@@ -15,6 +15,12 @@ pub(crate) trait Finish: Sync {
     /// A pixel of premultiplied red, green, blue and transmittance.
     fn pixel(&self, layer: [f32; 4]) -> [f32; 4];
 
+    /// A pixel whose opacity is 1 - transmittance + `lost`: what the transmittance, rounded to f32, does not tell of it.
+    fn faint(&self, layer: [f32; 4], lost: f32) -> [f32; 4] {
+        let _ = lost;
+        self.pixel(layer)
+    }
+
     /// A row of them; `layer` tells the pixel at each place.
     #[inline(always)]
     fn row(&self, layer: impl Fn(usize) -> [f32; 4], out: &mut [[f32; 4]]) {
@@ -24,14 +30,22 @@ pub(crate) trait Finish: Sync {
     }
 }
 
+/// Opacities of finished pixels up to which what their transmittance has lost of them is told. An f32 transmittance tells larger ones to 3e-5 of
+/// them.
+const FAINT: f32 = 1.0 / 1024.0;
+
 /// How gathered numbers become a layer.
 pub(crate) struct Resolve<'f> {
     blend: Blend,
+    /// Whether pixels hold what rounding has added to their sums.
+    compensated: bool,
     transfer: &'f TransferFunction,
     surface: Surface<'f>,
     /// Value in the data's units of a gathered number v: `scale * v + offset`.
     scale: f64,
     offset: f64,
+    /// Where gathered numbers are positions in a table: that.
+    labels: Option<&'f KnotTable>,
     /// Gathered averages are relative to this number.
     low: f64,
 }
@@ -43,10 +57,12 @@ impl<'f> Resolve<'f> {
         Self {
             // Surfaces are blended as they are met.
             blend: if scene.surfaces().is_some() { Blend::Over } else { scene.blend() },
+            compensated: plan.needs.compensated,
             transfer,
             surface: Surface { volume: plan.volume, stack: &plan.stack, transfer },
             scale: plan.data.scaling.scale,
             offset: plan.data.scaling.offset,
+            labels: plan.labels(),
             low: f64::from(plan.frame.color.low),
         }
     }
@@ -59,7 +75,7 @@ impl<'f> Resolve<'f> {
 
     /// A row of pixels: a block's pixel `i` and those to its right, at (x,y) of the picture.
     pub(super) fn row(&self, finish: &impl Finish, pixels: &PixelBlock, i: usize, out: &mut [[f32; 4]], x: usize, y: usize) {
-        if self.blend == Blend::Over {
+        if self.blend == Blend::Over && !self.compensated {
             let layer = |at: usize| [pixels.color[0][at], pixels.color[1][at], pixels.color[2][at], pixels.transmittance[at]];
             // Most rows are whole: a loop of known length, from a place that is a row's beginning for the compiler to see.
             if let Ok(out) = <&mut [[f32; 4]; SIDE]>::try_from(&mut *out) {
@@ -71,18 +87,31 @@ impl<'f> Resolve<'f> {
             return;
         }
         for (n, out) in out.iter_mut().enumerate() {
-            *out = self.pixel(pixels, i + n, x + n, y).map_or_else(|| finish.nothing(), |layer| finish.pixel(layer));
+            *out = self.finished(finish, pixels, (i + n, x + n, y));
         }
     }
 
-    /// Pixel `i` of a block, at (x,y) of the picture; `None` where nothing of the volume is in it.
-    pub(crate) fn pixel(&self, pixels: &PixelBlock, i: usize, x: usize, y: usize) -> Option<[f32; 4]> {
+    /// Pixel `i` of a block, at (x,y) of the picture, as `finish` makes it.
+    pub(crate) fn finished(&self, finish: &impl Finish, pixels: &PixelBlock, (i, x, y): (usize, usize, usize)) -> [f32; 4] {
+        match self.pixel(pixels, i, x, y) {
+            None => finish.nothing(),
+            Some((layer, 0.0)) if !self.compensated => finish.pixel(layer),
+            Some((layer, lost)) => finish.faint(layer, lost),
+        }
+    }
+
+    /// Pixel `i` of a block, at (x,y) of the picture, and what its transmittance has lost of its opacity (see [`Finish::faint`]); `None` where
+    /// nothing of the volume is in it.
+    fn pixel(&self, pixels: &PixelBlock, i: usize, x: usize, y: usize) -> Option<([f32; 4], f32)> {
         let [c0, c1, c2] = [0, 1, 2].map(|c: usize| pixels.color[c][i]);
         let t = pixels.transmittance[i];
         let front = match self.blend {
-            Blend::Over | Blend::Surfaces => return Some([c0, c1, c2, t]),
+            Blend::Over | Blend::Surfaces => {
+                let lost = if self.compensated { pixels.excess[3][i] } else { 0.0 };
+                return Some(([c0, c1, c2, t], lost));
+            }
             // `t` is the sum of opacities.
-            Blend::Add => return Some([c0.min(1.0), c1.min(1.0), c2.min(1.0), 1.0 - t.min(1.0)]),
+            Blend::Add => return Some(through([c0.min(1.0), c1.min(1.0), c2.min(1.0)], t.min(1.0), 1.0 - t.min(1.0))),
             Blend::Mip | Blend::Min => self.shown(c0),
             Blend::Average if c1 > 0.0 => self.shown((f64::from(c0) / f64::from(c1) + self.low) as f32),
             Blend::Average => None,
@@ -91,13 +120,20 @@ impl<'f> Resolve<'f> {
         };
         front.map(|color| {
             let p = color.premultiply();
-            let [r, g, b] = p.rgb.map(|c| c as f32);
-            [r, g, b, (1.0 - p.alpha) as f32]
+            through(p.rgb.map(|c| c as f32), p.alpha as f32, (1.0 - p.alpha) as f32)
         })
     }
 
     /// Colour of a gathered number, if there is one.
     fn shown(&self, gathered: f32) -> Option<Straight> {
-        (gathered > NOTHING && gathered < f32::INFINITY).then(|| self.transfer.eval(self.scale * f64::from(gathered) + self.offset))
+        (gathered > NOTHING && gathered < f32::INFINITY).then(|| match self.labels {
+            Some(labels) => labels.straight(f64::from(gathered)),
+            None => self.transfer.eval(self.scale * f64::from(gathered) + self.offset),
+        })
     }
+}
+
+/// A layer's pixel of an `opacity` that leaves `left`, and what that has lost of a faint one.
+fn through([r, g, b]: [f32; 3], opacity: f32, left: f32) -> ([f32; 4], f32) {
+    ([r, g, b, left], if opacity < FAINT { opacity - (1.0 - left) } else { 0.0 })
 }

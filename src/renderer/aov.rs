@@ -88,7 +88,7 @@ impl Renderer {
             }
             _ => (seen.at, seen.level),
         };
-        let alpha = 1.0 - seen.left;
+        let alpha = seen.alpha;
         if !depth.is_finite() {
             return [f32::INFINITY, f32::NAN, alpha, 0.0, 0.0, 0.0];
         }

@@ -2,7 +2,7 @@
 
 use super::job::Clock;
 use crate::opengl::{Texture, TextureKey};
-use crate::plan::{MergedData, Prepared, SurfaceBricks, TransferData, TransferKey, VolumeData};
+use crate::plan::{MergedData, Prepared, SurfaceBricks, ThinnessData, TransferData, TransferKey, VolumeData};
 use crate::proxy::Domain;
 use crate::scene::{Filter, Surfaces};
 use crate::skip::{Runs, SkipTable};
@@ -36,6 +36,7 @@ pub(super) struct Cache {
 pub(super) struct Entry {
     data: Arc<TransferData>,
     merged: Option<Option<Arc<MergedData>>>,
+    thinness: Option<Arc<ThinnessData>>,
     /// Of plain slabs, and of merged ones.
     skip_tables: [Option<Arc<SkipTable>>; 2],
 }
@@ -128,7 +129,7 @@ impl Prepared for Keeper<'_> {
         let at = list.iter().position(|e| e.data.key == key).unwrap_or_else(|| {
             let others = list.iter().map(|e| &*e.data);
             let data = self.clock.prepare(|| Arc::new(TransferData::new(key, self.volume, &self.data.bricks, others)));
-            list.push(Entry { data, merged: None, skip_tables: [None, None] });
+            list.push(Entry { data, merged: None, thinness: None, skip_tables: [None, None] });
             list.len() - 1
         });
         list[..=at].rotate_right(1);
@@ -143,6 +144,17 @@ impl Prepared for Keeper<'_> {
         let made = self.clock.prepare(|| MergedData::new(data, self.volume, &self.data.bricks).map(Arc::new));
         if let Some(entry) = self.entry(data) {
             entry.merged = Some(made.clone());
+        }
+        made
+    }
+
+    fn thinness(&mut self, data: &TransferData) -> Arc<ThinnessData> {
+        if let Some(thinness) = self.entry(data).and_then(|e| e.thinness.clone()) {
+            return thinness;
+        }
+        let made = self.clock.prepare(|| Arc::new(ThinnessData::new(data)));
+        if let Some(entry) = self.entry(data) {
+            entry.thinness = Some(Arc::clone(&made));
         }
         made
     }

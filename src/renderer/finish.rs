@@ -29,6 +29,24 @@ enum Most {
     Unbounded,
 }
 
+impl Most {
+    /// What a sum counts as.
+    #[inline(always)]
+    fn of(self, sum: f32) -> f32 {
+        match self {
+            Self::Bounded(most) => {
+                if sum > most {
+                    most
+                } else {
+                    sum
+                }
+            }
+            Self::Unbounded if sum.is_nan() => 0.0,
+            Self::Unbounded => sum.clamp(f32::MIN, f32::MAX),
+        }
+    }
+}
+
 /// Layers become pictures over the scene's background.
 pub(crate) struct OverBackground {
     /// What is behind, premultiplied, in the numbers that layers have.
@@ -45,8 +63,7 @@ impl OverBackground {
     pub(crate) fn new(scene: &Scene, method: &Method) -> Self {
         let Premultiplied { rgb, alpha } = background(scene);
         let [r, g, b] = rgb.map(|c| c as f32);
-        // Literal fog is added whatever a fragment's opacity.
-        let literal = scene.fog().is_some_and(|f| f.weighting() == FogWeighting::Literal);
+        let literal = has_literal_fog(scene);
         let most = match scene.blend() {
             Blend::Over if method.slab != SlabForm::Exponential => Most::Unbounded,
             Blend::Over if !literal => Most::Bounded(1.0),
@@ -56,6 +73,16 @@ impl OverBackground {
         let light = scene.linear_light();
         Self { background, nothing: if light { displayed(background) } else { background }, most, light }
     }
+}
+
+/// Whether `scene` has fog that is added whatever a fragment's opacity.
+fn has_literal_fog(scene: &Scene) -> bool {
+    scene.fog().is_some_and(|f| f.weighting() == FogWeighting::Literal)
+}
+
+/// Whether no colour of the pictures of `scene` by `method` is above its opacity.
+pub(super) fn is_bounded(scene: &Scene, method: &Method) -> bool {
+    method.slab == SlabForm::Exponential && !has_literal_fog(scene)
 }
 
 impl Finish for OverBackground {
@@ -96,6 +123,15 @@ impl Finish for OverBackground {
         if self.light {
             out.iter_mut().for_each(|pixel| *pixel = displayed(*pixel));
         }
+    }
+
+    fn faint(&self, [r, g, b, t]: [f32; 4], lost: f32) -> [f32; 4] {
+        let [back_r, back_g, back_b, behind] = self.background;
+        // 1 - t is exact where t is at least a half.
+        let opacity = ((1.0 - t) + lost).clamp(0.0, 1.0);
+        let sums = [r + t * back_r, g + t * back_g, b + t * back_b, behind + opacity * (1.0 - behind)];
+        let pixel = sums.map(|c| self.most.of(c));
+        if self.light { displayed(pixel) } else { pixel }
     }
 }
 

@@ -57,8 +57,9 @@ use crate::{Error, Result};
 use linear_light::ColorNumbers;
 pub(crate) use linear_light::to_display;
 
-/// The largest optical depth of a slab, where opacities are added up as such: nothing is seen through less.
-pub(crate) const DEEPEST: f64 = 64.0;
+/// The largest optical depth of a slab, where opacities are added up as such: opaque in the thinnest piece, and for the smallest factor. A power
+/// of two, so that dividing by it is exact.
+pub(crate) const DEEPEST: f64 = 1.267_650_600_228_229_4e30;
 
 /// Whether a direction is of length 1 but for rounding. Such a one is kept as it is: what was normalized once is not changed when it is read
 /// from a file again.

@@ -82,6 +82,8 @@ pub(crate) struct Entries {
     pub(crate) gradient_range: [f64; 2],
     /// Straight colours and opacities, values fastest.
     pub(crate) colors: Arc<Vec<[f32; 4]>>,
+    /// The largest of the opacities.
+    strongest: f32,
 }
 
 /// A transfer function of two variables.
@@ -247,7 +249,8 @@ impl Transfer2d {
             let (value, gradient) = (at % columns, at / columns);
             return Err(Error::invalid(format!("transfer2d table, gradient {gradient}, value {value}: {:?} is outside [0,1]", colors[at])));
         }
-        let entries = Entries { columns, rows, range, gradient_range, colors: Arc::new(colors.to_vec()) };
+        let strongest = colors.iter().fold(0.0, |most: f32, c| most.max(c[3]));
+        let entries = Entries { columns, rows, range, gradient_range, colors: Arc::new(colors.to_vec()), strongest };
         Ok(Self { regions: Vec::new(), table: Some(entries), unit: None })
     }
 
@@ -319,6 +322,13 @@ impl Transfer2d {
     pub(crate) fn may_show(&self, low: f64, high: f64, steepest: f64) -> bool {
         let steepest = steepest * (1.0 + 1e-5);
         self.table.is_some() || self.regions.iter().any(|r| r.opacity > 0.0 && r.shape.may_show(low, high, steepest))
+    }
+
+    /// The largest extinction times reference length that it gives anywhere, or more.
+    pub(crate) fn most_extinction(&self) -> f64 {
+        let extinction = |opacity: f64| -libm::log1p(-opacity.min(1.0 - f64::EPSILON / 2.0));
+        let regions: f64 = self.regions.iter().map(|region| extinction(region.opacity)).sum();
+        regions + self.table.as_ref().map_or(0.0, |table| extinction(f64::from(table.strongest)))
     }
 
     /// A function of the value alone that shows something wherever this one may, at some size of the gradient, for data from `min` to `max`:

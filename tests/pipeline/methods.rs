@@ -1,13 +1,14 @@
 //! Ways to integrate a ray: how fast the error of each falls, and what very many slices leave of it.
 
 use super::convergence::{errors, order};
-use super::{constant, render};
+use super::{PARALLEL, constant, orbit, render};
 use glam::DVec3;
 use slicestack::reference::{Region, image};
 use slicestack::scene::{
     Accumulation, Camera, Classification, Ends, Filter, Method, Order, Placement, Projection, SampleAt, SlabForm, Slicing, Target,
     TransferFunction,
 };
+use slicestack::volume::phantom::Phantom;
 use slicestack::volume::{BoxConvention, Grid, Voxels};
 use slicestack::{Renderer, Scene, Settings, Volume};
 
@@ -191,5 +192,27 @@ fn an_estimate_is_near_the_error() {
         let (estimate, error) = (stats.error_estimate.unwrap(), errors(&volume, &scene, &[24])[0]);
         assert!((0.5..2.0).contains(&(estimate / error)), "{estimate} for {error}");
         assert_eq!(stats.slices, 24);
+    }
+}
+
+/// Colours and opacity are extrapolated each on its own: where the series is not smooth they would not fit together.
+#[test]
+fn extrapolated_colors_stay_below_their_opacity() {
+    let volume = Phantom::MarschnerLobb.volume(3).unwrap();
+    let transfer = TransferFunction::new(
+        vec![(-0.8, [0.0, 0.0, 0.9]), (-0.34, [1.0, 0.0, 1.0]), (0.2, [1.0, 0.43, 1.0]), (0.69, [1.0; 3]), (0.76, [0.0, 1.0, 0.8])],
+        vec![(-0.64, 0.9999999), (-0.1, 0.48), (0.04, 0.47), (0.43, 1.0), (0.89, 0.9)],
+    )
+    .unwrap();
+    for projection in [Projection::Perspective { fov_y: 27.0 }, PARALLEL] {
+        for count in [2, 5] {
+            let scene = Scene::new(transfer.clone()).with_camera(orbit(45.0, 10.0, 1.0, projection)).with_size(64, 64).unwrap();
+            let method = Method::default().with_classification(Classification::Pre).with_extrapolate(true);
+            let scene = scene.with_slices(Slicing::Count(count)).unwrap().with_method(method).unwrap();
+            let picture = render(&volume, &scene).0;
+            for p in picture.pixels() {
+                assert!(p[..3].iter().all(|&c| (0.0..=p[3]).contains(&c)) && p[3] <= 1.0, "{count} slices: {p:?}");
+            }
+        }
     }
 }

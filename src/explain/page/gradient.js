@@ -140,7 +140,7 @@ function byGradientPanel(place) {
   } else {
     parts.push(formula([`\u03c4 = ${num(b.before[3], 6)}`, "optical depth of one slab by the value alone, as the stage classify left it"], [`f(|g|) = f(${num(size, 5)}) = ${num(b.shares[0], 5)}`, "the factor"], [`A = 1 \u2212 exp(\u2212\u03c4 \u00b7 f \u00b7 length) = 1 \u2212 exp(\u2212${num(b.before[3], 4)} \u00b7 ${num(b.shares[0], 4)} \u00b7 ${num(length, 4)}) = ${num(b.want[3], 6)}`, `this piece of the ray is ${slabs(length)} long; without the factor A would be ${num(-Math.expm1(-b.before[3] * length), 5)}`]));
   }
-  parts.push(table(["", "", "<premultiplied colour", "A"], [["recomputed", swatch(straightOf(b.want.slice(0, 3), b.want[3])), words(list(b.want.slice(0, 3), 5)), num(b.want[3], 6)], ["recorded", swatch(straightOf(b.left.slice(0, 3), b.left[3])), words(list(b.left.slice(0, 3), 5)), num(b.left[3], 6)]]), agreement(pixel, i));
+  parts.push(table(["", "", "<premultiplied colour", "A"], [["recomputed", swatch(shownOf(b.want.slice(0, 3), b.want[3])), words(list(b.want.slice(0, 3), 5)), num(b.want[3], 6)], ["recorded", fragmentSwatch(pixel, i, two ? "classify by gradient" : "gradient opacity"), words(list(b.left.slice(0, 3), 5)), num(b.left[3], 6)]]), agreement(pixel, i));
   return parts;
 }
 const stepAt = (name) => STEPS.findIndex((s) => s.name === name);

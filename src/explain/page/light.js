@@ -40,7 +40,7 @@ function lightPanel(place) {
   }
   parts.push(text("h3", "Before and after"));
   const left = straightOf(l.left, A);
-  parts.push(table(["", "", "<straight", "<premultiplied, A \u00b7 c"], [["before", swatch(c), words(list(c, 4)), words(list(l.before.slice(0, 3), 4))], ["recomputed", swatch(after), words(list(after, 4)), words(list(l.lit, 4))], ["recorded", swatch(left), words(list(left, 4)), words(list(l.left, 4))]]));
+  parts.push(table(["", "", "<straight", "<premultiplied, A \u00b7 c"], [["before", fragmentSwatch(pixel, i, stageBefore(pixel, "light")), words(list(c, 4)), words(list(l.before.slice(0, 3), 4))], ["recomputed", swatch(after), words(list(after, 4)), words(list(l.lit, 4))], ["recorded", fragmentSwatch(pixel, i, "light"), words(list(left, 4)), words(list(l.left, 4))]]));
   parts.push(para(`Opacity A = ${num(A, 5)} stays: light changes colours, not how much is seen through.`), agreement(pixel, i));
   return [...parts, lightPlot(pixel, place)];
 }

@@ -46,7 +46,7 @@ function strip(place) {
   if (pixel.span) view.append(make("rect", { x: pixel.span[0] - record.slices[0], y: 17, width: pixel.span[1] - pixel.span[0] + 1, height: 3, fill: "var(--soft)" }));
   for (const k of events(pixel)) {
     const i = pixel.slice.indexOf(k), A = scene.blend === "over" || scene.blend === "add" ? pixel.alpha[i] : 1;
-    view.append(make("rect", { x: k - record.slices[0], y: 16 - 15 * Math.max(0.08, Math.sqrt(clamp01(A))), width: 1.02, height: 15 * Math.max(0.08, Math.sqrt(clamp01(A))), fill: scene.blend === "over" ? css(straightOf(pixel.color[i], A)) : "var(--accent)", stroke: "var(--soft)", "stroke-width": 0.4, "vector-effect": "non-scaling-stroke" }));
+    view.append(make("rect", { x: k - record.slices[0], y: 16 - 15 * Math.max(0.08, Math.sqrt(clamp01(A))), width: 1.02, height: 15 * Math.max(0.08, Math.sqrt(clamp01(A))), fill: scene.blend === "over" ? css(shownOf(pixel.color[i], A)) : "var(--accent)", stroke: "var(--soft)", "stroke-width": 0.4, "vector-effect": "non-scaling-stroke" }));
   }
   view.append(make("rect", { x: state.k - record.slices[0], y: 0, width: 1, height: 20, fill: "none", stroke: "var(--bad)", "stroke-width": 2, "vector-effect": "non-scaling-stroke" }));
   return view;
@@ -56,7 +56,7 @@ function drawPicture(place) {
   const unit = Math.max(scene.width, scene.height) / 320, marks = record.pixels.map((p, n) => make("circle", { cx: p.x + 0.5, cy: p.y + 0.5, r: (n === state.at ? 5 : 2) * unit, fill: n === state.at ? "none" : "var(--paper)", "fill-opacity": 0.8, stroke: n === state.at ? "var(--bad)" : "var(--ink)", "stroke-width": (n === state.at ? 2 : 0.6) * unit }));
   byId("picture").replaceChildren(picturesvg(place, marks, "the picture; dots are pixels on record"));
   const { pixel } = place;
-  byId("pictured").replaceChildren(`Pixel ${pixel.x}, ${pixel.y}: `, swatch(straightOf(pixel.picture.slice(0, 3), pixel.picture[3])), `${list(pixel.picture.slice(0, 3), 4)}, opacity ${num(pixel.picture[3], 4)}. Dots: the ${plural(record.pixels.length, "pixel")} on record; click to choose one.`);
+  byId("pictured").replaceChildren(`Pixel ${pixel.x}, ${pixel.y}: `, pictureSwatch(pixel), `${list(pixel.picture.slice(0, 3), 4)}, opacity ${num(pixel.picture[3], 4)}. Dots: the ${plural(record.pixels.length, "pixel")} on record; click to choose one.`);
 }
 
 function fill(panel, place) {

@@ -190,7 +190,7 @@ function colourPanel(place) {
   else {
     parts.push(make("div", { class: "pair big" },
       make("div", {}, text("h3", "Straight"), para(swatch([r, g, b]), `colour ${list([r, g, b], 4)}`), para(`opacity a = ${num(a, 6)} per L\u2080`)),
-      make("div", {}, text("h3", "Premultiplied, for this slab"), para(swatch(cC || pixel.color[i]), list(cC || pixel.color[i], 4)), para(`opacity A = ${num(cA ?? pixel.alpha[i], 6)} for one slab of thickness D`))));
+      make("div", {}, text("h3", "Premultiplied, for this slab"), para(fragmentSwatch(pixel, i, "classify"), list(cC || pixel.color[i], 4)), para(`opacity A = ${num(cA ?? pixel.alpha[i], 6)} for one slab of thickness D`))));
   }
   const A = pixel.alpha[i], corrected = column(pixel, "correct", "alpha", i);
   if (!pair && !pre && m.slab === "exponential") {
@@ -250,11 +250,11 @@ function fogPanel(place) {
     const rows = [];
     if (own && i >= 0 && stage >= 0) {
       const C = latest(pixel, pixel.stages.slice(0, stage).map((s) => s.name), "color", i);
-      if (C) rows.push(["before fog", swatch(straightOf(C, A)), words(list(C, 4)), num(A, 4)]);
+      if (C) rows.push(["before fog", fragmentSwatch(pixel, i, stageBefore(pixel, "fog")), words(list(C, 4)), num(A, 4)]);
     }
-    if (!own && i >= 0) rows.push(["no fog", swatch(straightOf(pixel.color[i], A)), words(list(pixel.color[i], 4)), num(A, 4)]);
-    rows.push(["weighted", swatch(iw >= 0 ? straightOf(weighted.color[iw], A) : [0, 0, 0]), words(iw >= 0 ? list(weighted.color[iw], 4) : "passed over: nothing here shows"), num(iw >= 0 ? weighted.alpha[iw] : 0, 4)]);
-    rows.push(["literal", swatch(A > 0 ? straightOf(literal.color[il], A) : literal.color[il]), words(list(literal.color[il], 4)), num(A, 4)]);
+    if (!own && i >= 0) rows.push(["no fog", fragmentSwatch(pixel, i), words(list(pixel.color[i], 4)), num(A, 4)]);
+    rows.push(["weighted", iw >= 0 ? twinSwatch(pixel, "fog-weighted", iw) : null, words(iw >= 0 ? list(weighted.color[iw], 4) : "passed over: nothing here shows"), num(iw >= 0 ? weighted.alpha[iw] : 0, 4)]);
+    rows.push(["literal", twinSwatch(pixel, "fog-literal", il), words(list(literal.color[il], 4)), num(A, 4)]);
     parts.push(text("h3", "This fragment in both fogs, as rendered"), table(["fog", "", "<premultiplied colour that goes into the blend", "A"], rows));
     if (A === 0) parts.push(note("wrong", `This fragment is empty, A = 0. Weighted fog leaves it black and invisible. Literal fog hands ${list(literal.color[il], 4)} to the blend: light out of nothing.`));
   }
@@ -268,7 +268,7 @@ function fogPanel(place) {
       empty += 1;
     });
     parts.push(text("h3", "The whole pixel in both fogs, as rendered"));
-    parts.push(table(["fog", "", "<colour gathered", "opacity"], [["weighted", swatch(weighted.gathered), words(list(weighted.gathered.slice(0, 3), 5)), num(1 - weighted.gathered[3], 5)], ["literal", swatch(literal.gathered), words(list(literal.gathered.slice(0, 3), 5)), num(1 - literal.gathered[3], 5)]]));
+    parts.push(table(["fog", "", "<colour gathered", "opacity"], [["weighted", gatheredSwatch(pixel, "fog-weighted"), words(list(weighted.gathered.slice(0, 3), 5)), num(1 - weighted.gathered[3], 5)], ["literal", gatheredSwatch(pixel, "fog-literal"), words(list(literal.gathered.slice(0, 3), 5)), num(1 - literal.gathered[3], 5)]]));
     if (empty) parts.push(para(`The ray crosses ${plural(empty, "slice")} where nothing is (A = 0)${scene.order === "front-to-back" ? `; in literal fog they add ${list(lit, 4)} of light` : ""}. ${scene.order === "front-to-back" && lit.every((x) => x === 0) ? "Fog has not set in there (f = 1), or nothing gets past what lies before: it does no harm in this pixel." : "More slices would add more: the picture would depend on how finely it is cut, as no right picture does."}`));
   }
   if (pictures.weighted) parts.push(make("div", { class: "pair" },
@@ -367,7 +367,7 @@ function blendPanel(place) {
     if (pixel.alpha[n] === 0 && !here && pixel.color[n].every((c) => c === 0)) return;
     const weight = back ? pixel.alpha[n] : was.t * pixel.alpha[n];
     if (finished && !over++) rows.push({ kind: "after", cells: [make("td", { class: "text", colspan: 8 }, `not blended: the pixel was finished, T = ${num(was.t, 4)} < ${num(scene.terminate)}`)] });
-    rows.push({ kind: (here ? "here" : weight > 0.01 ? "" : "minor") + (finished ? " after" : ""), cells: [String(k), num(toData(pixel.value[n])), [swatch(straightOf(pixel.color[n], pixel.alpha[n])), num(pixel.alpha[n], 4)], num(was.t, 4), ...pixel.sum[n].map((x) => num(x, 4)), num(pixel.transmittance[n], 4)] });
+    rows.push({ kind: (here ? "here" : weight > 0.01 ? "" : "minor") + (finished ? " after" : ""), cells: [String(k), num(toData(pixel.value[n])), [fragmentSwatch(pixel, n), num(pixel.alpha[n], 4)], num(was.t, 4), ...pixel.sum[n].map((x) => num(x, 4)), num(pixel.transmittance[n], 4)] });
   });
   if (rows.length) parts.push(para(`Slices that show something here, in the order they ${over ? "came; those in grey ran for other pixels of the block and were not blended here" : "were blended"}:`), table(["slice", "value", "colour, A", "T before", "red", "green", "blue", "T after"], rows, { tall: true }));
   else if (whole) parts.push(note("", "No recorded slice shows anything in this pixel: it keeps what it starts from."));
@@ -476,7 +476,7 @@ function fragmentList(place) {
     for (const [quantity, entries] of Object.entries(stage.columns)) {
       const x = entries[i];
       if (x === null || x === undefined) continue;
-      if (quantity === "color") said.push(make("span", {}, swatch(straightOf(x, pixel.alpha[i])), "C = " + list(x, 4)));
+      if (quantity === "color") said.push(make("span", {}, fragmentSwatch(pixel, i, stage.name), "C = " + list(x, 4)));
       else if (quantity === "covered") said.push(x ? "covered" : "not covered");
       else if (scene.blend !== "over" && (quantity === "sum" || quantity === "transmittance")) said.push(...keptWords(quantity, x));
       else if (quantity === "value") said.push("value " + num(toData(x), 6));

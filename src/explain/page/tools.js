@@ -54,9 +54,31 @@ const words = (s) => text("td", s, { class: "text" });
 
 const clamp01 = (x) => Math.min(1, Math.max(0, x || 0));
 const css = (rgb) => "rgb(" + rgb.slice(0, 3).map((c) => Math.round(255 * clamp01(c))).join(" ") + ")";
-// A swatch of straight colour.
-const swatch = (rgb, label) => make("span", { class: "swatch", style: "background:" + css(rgb), title: label || list(rgb, 4) });
+// A swatch of straight colour: of lights, fogs and the transfer function. What the record holds is premultiplied and has the swatches below.
+const swatch = (rgb, of) => make("span", { class: "swatch", style: "background:" + css(rgb), title: list(rgb, 4), "data-of": of });
 const straightOf = (rgb, alpha) => (alpha > 0 ? rgb.map((c) => c / alpha) : [0, 0, 0]);
+// A premultiplied colour as the page shows it: straight. What is there without any opacity, as literal fog makes it, is shown as it is.
+const shownOf = (rgb, alpha) => (alpha > 0 ? straightOf(rgb, alpha) : rgb);
+
+// Colour and opacity of fragment i after a stage (after all of them without one), and the stage that set them last.
+function fragmentAfter(pixel, i, stage) {
+  let found = { stage: "none", rgb: pixel.color[i], alpha: pixel.alpha[i] };
+  for (const s of pixel.stages) {
+    const rgb = s.columns.color && s.columns.color[i], alpha = s.columns.alpha && s.columns.alpha[i];
+    if (rgb || (alpha !== undefined && alpha !== null)) found = { stage: s.name, rgb: rgb || found.rgb, alpha: alpha ?? found.alpha };
+    if (s.name === stage) break;
+  }
+  return found;
+}
+// The only swatches of what is on record. The same place of the record has the same colour wherever it stands on the page.
+function fragmentSwatch(pixel, i, stage) {
+  const { stage: by, rgb, alpha } = fragmentAfter(pixel, i, stage);
+  return swatch(shownOf(rgb, alpha), `fragment, ${by}, pixel ${pixel.x},${pixel.y}, slice ${pixel.slice[i]}`);
+}
+const stageBefore = (pixel, stage) => pixel.stages[pixel.stages.findIndex((s) => s.name === stage) - 1].name;
+const twinSwatch = (pixel, name, i) => swatch(shownOf(twin(pixel, name).color[i], twin(pixel, name).alpha[i]), `fragment of ${name}, pixel ${pixel.x},${pixel.y}, slice ${twin(pixel, name).slice[i]}`);
+const gatheredSwatch = (pixel, name) => swatch(shownOf(twin(pixel, name).gathered.slice(0, 3), 1 - twin(pixel, name).gathered[3]), `gathered of ${name}, pixel ${pixel.x},${pixel.y}`);
+const pictureSwatch = (pixel) => swatch(shownOf(pixel.picture.slice(0, 3), pixel.picture[3]), `picture, pixel ${pixel.x},${pixel.y}`);
 
 const toData = (x) => (x === null ? null : record.scale * x + record.offset);
 const isNumberPlain = record.scale === 1 && record.offset === 0;

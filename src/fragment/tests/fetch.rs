@@ -194,6 +194,48 @@ pub(super) fn nearest_voxels() {
     hold_nearest::<true>();
 }
 
+/// The nearest voxel's place between the knots of a transfer function, and its number beside it.
+fn hold_labels<const FAR: bool>() {
+    each_unpacked(&VoxelType::ALL, true, FAR, |frame, dims, before, cells| {
+        let piece = |from, width, first, intervals| LabelPiece { from, width, first, intervals };
+        let pieces = vec![
+            piece(-40.0, f64::INFINITY, 0.0, 0.0),
+            piece(-40.0, 120.5, 1.0, 8.0),
+            piece(80.5, 0.25, 10.0, 1.0),
+            piece(80.75, 5e6, 12.0, 64.0),
+            piece(80.75 + 5e6, f64::INFINITY, 77.0, 0.0),
+        ];
+        let mut frame = frame.clone();
+        frame.sample.labels = Some(Arc::new(LabelFrame { rescale: (0.5, 3.0), pieces: pieces.clone() }));
+        run::<FetchLabels<FAR>>(&frame, before, &[Part::Value], |after, level| {
+            for i in (0..BATCH).filter(|&i| listed(before.rows, i)) {
+                let steps = weight(before, i).map(|w| if w < 0.5 { 0 } else { 1 });
+                let number = number(&frame, dims, cells[i], steps);
+                assert_same(after.numbers.as_deref().unwrap()[i], number as f32, level, i);
+                // Of frames without a conversion the number is the stored value.
+                let value = 0.5 * number + 3.0;
+                let want = match pieces.iter().skip(1).rev().find(|p| p.from <= value) {
+                    _ if !value.is_finite() => f64::NAN,
+                    None => 0.0,
+                    Some(p) => p.first + p.intervals * ((value - p.from) / p.width).min(1.0),
+                };
+                if frame.sample.to_f32.is_none() && (want.is_nan() || number == f64::from(number as f32)) {
+                    assert!(after.sample.value[i].is_nan() == want.is_nan(), "{value} at {level}");
+                    if !want.is_nan() {
+                        assert_near(after.sample.value[i], want, ROUNDING * want, level, i);
+                    }
+                }
+            }
+        });
+    });
+}
+
+#[test]
+pub(super) fn labels() {
+    hold_labels::<false>();
+    hold_labels::<true>();
+}
+
 fn hold_corners<const FAR: bool>() {
     each_unpacked(&VoxelType::ALL, true, FAR, |frame, dims, before, cells| {
         run::<FetchCorners<FAR>>(frame, before, &[Part::Corners], |after, level| {

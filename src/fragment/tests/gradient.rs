@@ -366,7 +366,7 @@ pub(super) fn opacity() {
         let unit = gradient.unit;
         for i in 0..BATCH {
             let u = n.unit32();
-            let depth = [0.0, 64.0, u, 1e-7 * u, 20.0 * u, 1e-30 * u][n.bits() as usize % 6];
+            let depth = [0.0, crate::scene::DEEPEST as f32, 1e6 * u, 1e-7 * u, 20.0 * u, 1e-30 * u][n.bits() as usize % 6];
             before.slab.alpha[i] = depth;
             (0..3).for_each(|c| before.slab.color[c][i] = n.unit32() * depth);
             if n.bits() % 5 == 0 {

@@ -121,6 +121,7 @@ fn every_kernel_gives_the_same_bits_at_every_level() {
     levels_agree::<Classify<true>>("classify in two steps", &[], &[U8]);
     levels_agree::<Correct<false>>("correct", &[], &[U8]);
     levels_agree::<Correct<true>>("correct some", &[], &[U8]);
+    levels_agree::<CorrectPieces>("correct pieces", &[], &[U8]);
     levels_agree::<FogPlanar>("planar fog", &[], &[U8]);
     levels_agree::<FogRadial>("radial fog", &[], &[U8]);
     levels_agree::<MaskStage>("mask", &[], &[U8]);

@@ -16,6 +16,7 @@ mod gradient;
 mod levels;
 mod light;
 mod pair;
+mod pieces;
 mod place;
 mod project;
 mod shade;
@@ -53,6 +54,7 @@ fn twins(id: StageId) -> &'static [fn()] {
             fetch::packed_16_bits,
             fetch::single_voxels,
             fetch::nearest_voxels,
+            fetch::labels,
             fetch::corners,
             cubic::values,
         ],
@@ -65,8 +67,9 @@ fn twins(id: StageId) -> &'static [fn()] {
             pair::pairs_with_a_fine_table,
             pair::pairs_of_second_order,
             pair::pairs_of_second_order_with_a_fine_table,
+            pieces::thinness,
         ],
-        StageId::Correct => &[shade::correct, shade::correct_riemann],
+        StageId::Correct => &[shade::correct, shade::correct_riemann, pieces::correct],
         StageId::Optional(OptionalStage::Gradient) => &[
             gradient::of_slices,
             gradient::of_slices_deep_inside,
@@ -131,10 +134,11 @@ enum Part {
     Size,
     GradientLanes,
     GradientsTaken,
+    Thinness,
 }
 
 impl Part {
-    const ALL: [Self; 20] = [
+    const ALL: [Self; 21] = [
         Self::Mask,
         Self::Ended,
         Self::Shown,
@@ -155,6 +159,7 @@ impl Part {
         Self::Size,
         Self::GradientLanes,
         Self::GradientsTaken,
+        Self::Thinness,
     ];
 
     /// Its bits; one number for all NaN, because no bits of NaN are promised.
@@ -183,6 +188,7 @@ impl Part {
             Self::Size => floats([&b.gradient().size]),
             Self::GradientLanes => vec![b.gradient().lanes],
             Self::GradientsTaken => vec![b.gradient().taken],
+            Self::Thinness => floats(b.thinness.as_deref()),
         }
     }
 }
@@ -270,6 +276,7 @@ fn frame<'v>(voxels: &'v Voxels, n: &mut Numbers) -> Frame<'v> {
             far: false,
             to_f32: None,
             hidden_up_to: None,
+            labels: None,
         },
         color: ColorFrame {
             table: Arc::new(LookupTable::new(&colors)),
@@ -282,6 +289,7 @@ fn frame<'v>(voxels: &'v Voxels, n: &mut Numbers) -> Frame<'v> {
         blend: BlendFrame { terminate: 0.01, level: 100.0 },
         optional: OptionalFrame { gradient: None, opacity: None, transfer2d: None, light: None, fog: None },
         surfaces: None,
+        pieces: None,
     }
 }
 
@@ -336,5 +344,6 @@ fn batch(n: &mut Numbers) -> Box<Batch> {
         b.gradient_mut().size[i] = if there { n.unit32() * 50.0 } else { 0.0 };
         (0..3).for_each(|a| b.gradient_mut().normal[a][i] = if there { (normal[a] / length) as f32 } else { 0.0 });
     }
+    b.thinness = Some(Box::new(std::array::from_fn(|_| if n.bits() % 9 == 0 { 0.0 } else { n.unit32() })));
     b
 }

@@ -6,6 +6,15 @@ use crate::fragment::transfer2d::{Classify2d, Numbers as Scaled, Transfer2dFrame
 use crate::scene::{Gradient, Region, Shape, Transfer2d};
 use crate::volume::Grid;
 
+/// Extinction times reference length: extinctions of regions add up, and the largest opacity below 1 stands for 1.
+fn extinction(transfer: &Transfer2d, value: f64, gradient: f64) -> f64 {
+    let of = |opacity: f64| -libm::log1p(-opacity.min(1.0 - f64::EPSILON / 2.0));
+    match transfer.entries() {
+        Some(_) => of(transfer.eval(value, gradient).alpha),
+        None => transfer.region_list().iter().map(|r| of(r.opacity * r.shape.at(value, gradient))).sum(),
+    }
+}
+
 /// A batch whose values and gradients are spread over those of `transfer`, through the kernel at every level.
 fn check(transfer: &Transfer2d, n: &mut Numbers) {
     let voxels = voxels(VoxelType::F32, DIMS, n);
@@ -18,7 +27,7 @@ fn check(transfer: &Transfer2d, n: &mut Numbers) {
     for i in 0..BATCH {
         before.sample.value[i] = ((n.between(-20.0, 120.0) - offset) / scale) as f32;
         before.gradient_mut().size[i] = if n.bits() % 8 == 0 { 0.0 } else { (n.between(0.0, 12.0) / gradient.unit) as f32 };
-        before.slab.length[i] = n.between(0.1, 1.5) as f32;
+        before.slab.length[i] = if n.bits() % 3 == 0 { n.between(1e-3, 0.05) } else { n.between(0.1, 1.5) } as f32;
     }
     (before.shown, before.gradient_mut().lanes) = (u8::MAX, spread(some_rows(n)));
     run::<Classify2d>(&frame, &before, &[Part::Shown, Part::Color, Part::Alpha], |after, level| {
@@ -27,7 +36,7 @@ fn check(transfer: &Transfer2d, n: &mut Numbers) {
             let value = scale * f64::from(before.sample.value[i]) + offset;
             let size = f64::from(before.gradient().size[i]) * gradient.unit;
             let length = ratio * f64::from(before.slab.length[i]);
-            let opacity_at = |v: f64, g: f64| -libm::expm1(length * libm::log1p(-transfer.eval(v, g).alpha));
+            let opacity_at = |v: f64, g: f64| -libm::expm1(-length * extinction(transfer, v, g));
             let straight = transfer.eval(value, size);
             let alpha = opacity_at(value, size);
             // What a rounding of value and gradient may change: much beside a side, which a jump is skipped for.
@@ -65,7 +74,7 @@ pub(super) fn regions() {
         let regions = (0..count).map(|i| Region {
             shape: shapes[(i + n.bits() as usize) % 4],
             color: [n.unit(), n.unit(), n.unit()],
-            opacity: if n.bits() % 6 == 0 { 0.0 } else { n.between(0.01, 0.95) },
+            opacity: [0.0, 1.0 - 1e-9, 1.0, n.between(0.01, 0.95), n.between(0.01, 0.95), n.between(0.9, 1.0)][n.bits() as usize % 6],
         });
         let transfer = Transfer2d::regions(regions.collect()).expect("regions");
         check(&transfer, &mut n);

@@ -36,7 +36,7 @@ impl Renderer {
             let before = pixels.to_vec();
             let mut coarse = before.clone();
             done.add(&self.frame(job, finer(count)?, terminate, None, pixels)?);
-            extrapolate(&mut coarse, pixels, crate::plan::order(job.scene));
+            extrapolate(&mut coarse, pixels, crate::plan::order(job.scene), super::finish::is_bounded(job.scene, &method));
             // On real data the series is not smooth, and what is extrapolated may be no better than the pictures it came from.
             let error = self.settings.estimate.then(|| rms(&before, pixels));
             pixels.copy_from_slice(&coarse);
@@ -194,12 +194,17 @@ fn share(order: u32) -> f64 {
 }
 
 /// Turns `coarse` into what a series of pictures leads to (Richardson 1911): fine + (fine - coarse) / (2^p - 1), within [0,1].
-fn extrapolate(coarse: &mut [[f32; 4]], fine: &[[f32; 4]], order: u32) {
+fn extrapolate(coarse: &mut [[f32; 4]], fine: &[[f32; 4]], order: u32, bounded: bool) {
     let rest = 1.0 / (f64::from(1u32 << order) - 1.0);
     for (coarse, fine) in coarse.iter_mut().zip(fine) {
         for (c, &f) in coarse.iter_mut().zip(fine) {
             let f = f64::from(f);
             *c = (f + (f - f64::from(*c)) * rest).clamp(0.0, 1.0) as f32;
+        }
+        if bounded {
+            // Colours and opacity are extrapolated each on its own, and have to fit together again.
+            let [colors @ .., alpha] = coarse;
+            colors.iter_mut().for_each(|c| *c = c.min(*alpha));
         }
     }
 }

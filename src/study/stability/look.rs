@@ -85,9 +85,14 @@ impl<'s> Bench<'s> {
         Self { settings }
     }
 
+    /// A renderer of `volume`, for several pictures of it.
+    pub(super) fn renderer(&self, volume: &Volume) -> Renderer {
+        Renderer::new(volume, self.settings.clone())
+    }
+
     /// A picture, what it cost, and what became of transmittances on the way.
     pub(super) fn render(&self, volume: &Volume, scene: &Scene) -> Result<(Picture, RenderStats, Descent)> {
-        Renderer::new(volume, self.settings.clone()).render_observed(scene, Descent::default())
+        self.renderer(volume).render_observed(scene, Descent::default())
     }
 
     /// Renders a case and says whether it holds.

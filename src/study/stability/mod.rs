@@ -5,6 +5,7 @@
 mod counts;
 mod lights;
 mod look;
+mod pieces;
 mod places;
 mod riemann;
 mod stiff;
@@ -46,6 +47,8 @@ pub struct CountPoint {
     pub slices: u64,
     /// Error of the picture's opacity and colours, the largest.
     pub error: f64,
+    /// The same as a part of the component, the largest.
+    pub part: f64,
     /// What theory says of it: a bound for floats, the error itself for 8 bits.
     pub predicted: f64,
     /// Seconds of the frame.
@@ -109,6 +112,8 @@ pub fn stability(settings: &Settings) -> Result<Stability> {
     let mut rows = Vec::new();
     clock.now("stiff media")?;
     rows.extend(stiff::rows(&bench)?);
+    clock.now("pieces of slabs")?;
+    rows.extend(pieces::rows(&bench)?);
     clock.now("many slices")?;
     let (more, counts) = counts::rows(&bench)?;
     rows.extend(more);
