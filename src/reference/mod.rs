@@ -12,6 +12,7 @@
 //! only scenes and volumes.
 
 pub mod closed;
+mod enclosure;
 mod field;
 mod gradient;
 mod image;
@@ -25,6 +26,7 @@ mod segments;
 mod spline;
 mod surfaces;
 
+pub use enclosure::{Enclosure, Prover};
 pub use image::{ReferenceImage, Region, image};
 pub use integrate::{Integrator, RayResult};
 pub use surfaces::{Crossing, SurfaceTracer};
