@@ -101,7 +101,8 @@ impl Interval {
 
     /// exp(x).
     pub(super) fn exp(self) -> Self {
-        Self { lo: widen(libm::exp(self.lo), step_down).max(0.0), hi: widen(libm::exp(self.hi), step_up) }
+        let hi = if self.hi == f64::NEG_INFINITY { 0.0 } else { widen(libm::exp(self.hi), step_up) };
+        Self { lo: widen(libm::exp(self.lo), step_down).max(0.0), hi }
     }
 
     /// exp(-x) of x from 0 up: within `[0,1]`.

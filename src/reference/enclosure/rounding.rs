@@ -60,7 +60,10 @@ pub(super) fn mul_down(a: f64, b: f64) -> f64 {
     if p.abs() > SAFE || p.is_nan() {
         return far_down(p, a.is_finite() && b.is_finite());
     }
-    if exact_product(a, b, p) { p } else { step_down(p) }
+    if p.abs() < f64::MIN_POSITIVE {
+        return if (a > 0.0) == (b > 0.0) { 0.0 } else { -f64::MIN_POSITIVE };
+    }
+    if exact_product(a, b) { p } else { step_down(p) }
 }
 
 /// An upper bound of a product.
@@ -75,7 +78,7 @@ pub(super) fn div_down(a: f64, b: f64) -> f64 {
         return far_down(q, a.is_finite() && b.is_finite());
     }
     let back = q * b;
-    if a == 0.0 || (back == a && exact_product(q, b, back)) { q } else { step_down(q) }
+    if a == 0.0 || (back == a && back.abs() >= f64::MIN_POSITIVE && exact_product(q, b)) { q } else { step_down(q) }
 }
 
 /// An upper bound of a quotient; `b` is not 0.
@@ -95,14 +98,11 @@ fn far_down(x: f64, finite: bool) -> f64 {
     }
 }
 
-/// Whether `p`, the rounded product of `a` and `b`, is known to be their product: their mantissas together have no more than 53 bits.
-fn exact_product(a: f64, b: f64, p: f64) -> bool {
+/// Whether a product that is neither too large nor too small is known to be exact: the two mantissas together have no more than 53 bits.
+fn exact_product(a: f64, b: f64) -> bool {
     const MANTISSA: u64 = (1 << 52) - 1;
     // Half of 53 bits each, the implicit first one included.
     const HALF: u64 = (1 << 27) - 1;
-    if p.abs() < f64::MIN_POSITIVE {
-        return false;
-    }
     let (a, b) = (a.to_bits(), b.to_bits());
     (a | b) & HALF == 0 || a & MANTISSA == 0 || b & MANTISSA == 0
 }
