@@ -370,3 +370,47 @@ fn the_macro_compares_with_the_goldens_of_this_crate() {
     let message = failed.downcast_ref::<String>().unwrap();
     assert!(message.contains("1x1: 16 x 12 pixels, on record") && message.contains("goldens"), "{message}");
 }
+
+#[test]
+fn pictures_are_proven() {
+    let dir = dir();
+    let d = dir.path();
+    fs::write(d.join("rings.toml"), "[volume]\nphantom = \"distance-field\"\nsize = 24\n").unwrap();
+    fs::write(d.join("lit.toml"), "[volume]\nphantom = \"cloud\"\nsize = 16\n[light]\nambient = 0.3\n").unwrap();
+    ends(d, &["render", "rings.toml", "--size", "24x20", "-o", "a.png", "--count", "64"], 0);
+    let (told, _) = ends(d, &["verify", "a.png", "--proof", "40"], 0);
+    let lines: Vec<&str> = told.lines().collect();
+    assert_eq!(lines[0], "same bytes", "{told}");
+    assert!(lines[1].starts_with("proven: each of these 40 of 480 pixels lies within "), "{told}");
+    assert!(lines[2].starts_with("proven: rounded as in the file, each lies within "), "{told}");
+    assert!(lines[3].starts_with("bounds: at most ") && lines[3].ends_with("wide (asked for: 1e-4)"), "{told}");
+    assert_eq!(lines.len(), 4, "{told}");
+    // The number behind "within", and the two of the RMS.
+    let number = |line: &str, behind: &str| -> f64 {
+        let text = line.split(behind).nth(1).and_then(|rest| rest.split([' ', ';']).next()).unwrap();
+        text.parse().unwrap()
+    };
+    let (largest, least, most) = (number(lines[1], "within "), number(lines[1], "between "), number(lines[1], " and "));
+    assert!(least <= most && most <= largest && largest < 0.1, "{told}");
+    // 8 bits are half a step off at most, straight colours a little more of theirs.
+    assert!(number(lines[2], "within ") < largest + 2.0 / 255.0, "{told}");
+    // The same pixels and numbers again; other bounds surround the same truth; all pixels, where more are asked for than there are.
+    assert_eq!(ends(d, &["verify", "a.png", "--proof", "40"], 0).0, told);
+    let (narrow, _) = ends(d, &["verify", "a.png", "--proof", "40", "--width", "1e-7"], 0);
+    let narrow: Vec<&str> = narrow.lines().collect();
+    assert!(number(narrow[1], "between ") <= most * 1.001 && number(narrow[1], " and ") >= least * 0.999, "{narrow:?} {told}");
+    let (all, _) = ends(d, &["verify", "a.png", "--proof", "1000"], 0);
+    assert!(all.contains("each of these 480 of 480 pixels"), "{all}");
+    // A tolerance is told of.
+    ends(d, &["render", "rings.toml", "--size", "24x20", "-o", "t.png", "--slices.tolerance", "0.01"], 0);
+    let (told, _) = ends(d, &["verify", "t.png", "--proof", "480", "--width", "1e-5"], 0);
+    assert!(told.contains("\ntolerance 1e-2: proven: kept by these pixels\n"), "{told}");
+    // What has no bounds is told before anything is rendered, and wrong numbers are wrong usage.
+    ends(d, &["render", "lit.toml", "--size", "8x8", "-o", "lit.png"], 0);
+    let (_, line) = ends(d, &["verify", "lit.png", "--proof", "3"], 1);
+    assert!(line.starts_with("error: lit.png: light: no bounds can be proven"), "{line}");
+    ends(d, &["verify", "lit.png"], 0);
+    for bad in [&["--proof", "0"][..], &["--proof", "many"], &["--width", "1e-3"], &["--proof", "3", "--width", "0"]] {
+        ends(d, &[&["verify", "a.png"][..], bad].concat(), 2);
+    }
+}

@@ -58,7 +58,8 @@ impl Enclosure {
         let alpha = (Interval::ONE - transmittance * (Interval::ONE - alpha)).clamp(0.0, 1.0);
         let pixel = [pixel[0], pixel[1], pixel[2], alpha];
         let width = rgb.iter().chain(&pixel).chain([&transmittance]).map(|x| x.width()).fold(0.0, f64::max);
-        let bounds = |x: Interval| [x.lo(), x.hi()];
+        // Without the sign that rounding may leave to a 0.
+        let bounds = |x: Interval| [x.lo() + 0.0, x.hi() + 0.0];
         Self { rgb: rgb.map(bounds), transmittance: bounds(transmittance), pixel: pixel.map(bounds), width, parts }
     }
 

@@ -14,6 +14,8 @@ use super::{Enclosure, Prover};
 
 /// Most parts computed for one ray.
 const BUDGET: u32 = 1 << 17;
+/// Parts from which on twice as many must narrow the bounds.
+const STALL: u32 = 1 << 11;
 /// Most cells that a piece may lie in with its field looked at.
 const MOST_CELLS: i64 = 8;
 
@@ -54,11 +56,19 @@ pub(super) fn enclose(prover: &Prover<'_>, (x, y): (f64, f64), width: f64, stop:
     if !state.cut(prover, &ray, width, stop)? {
         return Some(Enclosure::of([Interval::UNIT; 3], Interval::UNIT, [Interval::UNIT; 3], prover.background_alpha, 0));
     }
+    let mut last = (STALL, f64::INFINITY);
     loop {
         let sums = state.sums(&prover.background);
         let found = Enclosure::of(sums.rgb, sums.transmittance, sums.pixel, prover.background_alpha, state.leaves.len());
         if found.width <= width || state.computed >= BUDGET {
             return Some(found);
+        }
+        if state.computed >= last.0 {
+            // Twice the parts, and hardly anything gained: the width is of what cannot be told, such as on which side of a face a ray is.
+            if found.width > 0.9 * last.1 {
+                return Some(found);
+            }
+            last = (2 * state.computed, found.width);
         }
         if !state.refine(&sums.shares, width, stop)? {
             return Some(found);
