@@ -100,14 +100,14 @@ impl Interval {
     }
 
     /// exp(x).
-    pub(super) fn exp(self) -> Self {
+    pub(super) fn exponential(self) -> Self {
         let hi = if self.hi == f64::NEG_INFINITY { 0.0 } else { widen(libm::exp(self.hi), step_up) };
         Self { lo: widen(libm::exp(self.lo), step_down).max(0.0), hi }
     }
 
     /// exp(-x) of x from 0 up: within `[0,1]`.
     pub(super) fn exp_minus(self) -> Self {
-        let all = (-self).exp();
+        let all = (-self).exponential();
         Self { lo: all.lo.min(1.0), hi: all.hi.min(1.0) }
     }
 
@@ -120,7 +120,7 @@ impl Interval {
     }
 
     /// Natural logarithms of positive numbers; of 0 and less, nothing is known below.
-    pub(super) fn ln(self) -> Self {
+    pub(super) fn logarithm(self) -> Self {
         let lo = if self.lo > 0.0 { widen(libm::log(self.lo), step_down) } else { f64::NEG_INFINITY };
         let hi = if self.hi > 0.0 { widen(libm::log(self.hi), step_up) } else { f64::INFINITY };
         Self { lo, hi }

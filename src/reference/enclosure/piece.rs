@@ -120,12 +120,8 @@ impl Medium<'_> {
         let r = 0.5 * (b - a);
         let segment = self.table.segment(segment);
         let (at, over) = field.main.cubic.series(a, b);
-        let clear = |values: &Series| {
-            // What is left of light, a straight line in the value.
-            let opacity = segment.opacity.series(values);
-            Series(opacity.0.map(|c| -c)).plus(Interval::ONE)
-        };
-        let (clear_at, clear_over) = (clear(&at), clear(&over));
+        // What is left of light, a straight line in the value.
+        let (clear_at, clear_over) = (segment.clear.series(&at), segment.clear.series(&over));
         // Where the field is not quite the cubic it may be off by `apart`, and the extinction by `apart` times its slope.
         let off = Interval::around_zero(field.apart);
         let off_clear = clear_over.0[0] + segment.opacity.slope * off;
@@ -157,8 +153,8 @@ impl Medium<'_> {
             }
             Series(hidden)
         };
-        let hidden_at = through(&kappa_at, (-before).exp());
-        let hidden_over = through(&kappa_over, (-within).exp());
+        let hidden_at = through(&kappa_at, (-before).exponential());
+        let hidden_over = through(&kappa_over, (-within).exponential());
         let haze = match self.fog {
             Some(fog) => {
                 let way = Interval::point(piece.far) - Interval::point(piece.near);

@@ -36,7 +36,7 @@ impl Series {
     pub(super) fn minus_ln(&self) -> Self {
         let u = &self.0;
         let mut l = [Interval::ZERO; TERMS];
-        l[0] = u[0].ln();
+        l[0] = u[0].logarithm();
         for k in 1..TERMS {
             let mut sum = u[k].times(k as f64);
             for j in 1..k {
@@ -51,7 +51,7 @@ impl Series {
     pub(super) fn exp_minus(&self) -> Self {
         let x = &self.0;
         let mut f = [Interval::ZERO; TERMS];
-        f[0] = (-x[0]).exp();
+        f[0] = (-x[0]).exponential();
         for k in 1..TERMS {
             let mut sum = Interval::ZERO;
             for j in 1..=k {

@@ -11,8 +11,10 @@ use crate::scene::TransferFunction;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Line {
     origin: f64,
-    number: f64,
+    number: Interval,
     pub(super) slope: Interval,
+    /// The other point.
+    last: (f64, f64),
     /// The least and the greatest number between the two points of the table.
     low: f64,
     high: f64,
@@ -20,7 +22,7 @@ pub(super) struct Line {
 
 impl Line {
     fn constant(number: f64) -> Self {
-        Self { origin: 0.0, number, slope: Interval::ZERO, low: number, high: number }
+        Self { origin: 0.0, number: Interval::point(number), slope: Interval::ZERO, last: (0.0, number), low: number, high: number }
     }
 
     fn between((v0, a): (f64, f64), (v1, b): (f64, f64)) -> Self {
@@ -28,7 +30,16 @@ impl Line {
             return Self::constant(a);
         }
         let slope = (Interval::point(b) - Interval::point(a)) / (Interval::point(v1) - Interval::point(v0));
-        Self { origin: v0, number: a, slope, low: a.min(b), high: a.max(b) }
+        Self { origin: v0, number: Interval::point(a), slope, last: (v1, b), low: a.min(b), high: a.max(b) }
+    }
+
+    /// 1 less this line, through the point where that is least: it keeps the digits that a difference of rounded numbers would lose.
+    fn rest(&self) -> Self {
+        let rest = |x: f64| Interval::ONE - Interval::point(x);
+        let (low, high) = (rest(self.high).lo(), rest(self.low).hi());
+        let (origin, number) =
+            if self.last.1 == self.high { (self.last.0, rest(self.last.1)) } else { (self.origin, Interval::ONE - self.number) };
+        Self { origin, number, slope: -self.slope, last: self.last, low, high }
     }
 
     /// Numbers at values between the points of the table.
@@ -38,7 +49,7 @@ impl Line {
 
     /// Numbers at any values, the line going on beyond its points.
     pub(super) fn extended(&self, values: Interval) -> Interval {
-        Interval::point(self.number) + self.slope * (values - Interval::point(self.origin))
+        self.number + self.slope * (values - Interval::point(self.origin))
     }
 
     /// The line that goes on, of a series of values.
@@ -56,6 +67,8 @@ pub(super) struct Segment {
     low: f64,
     high: f64,
     pub(super) opacity: Line,
+    /// 1 less the opacity.
+    pub(super) clear: Line,
     pub(super) color: [Line; 3],
 }
 
@@ -64,9 +77,24 @@ impl Segment {
         self.opacity.high > 0.0
     }
 
-    /// Opacities of the values that lie on the segment, of which there is one.
-    fn opacities(&self, values: Interval) -> Interval {
-        self.opacity.at(values.clamp(self.low, self.high))
+    /// Opacities of those of the values that lie on the segment, of which there are some, and 1 less these.
+    fn opacities(&self, values: Interval) -> Opacities {
+        let values = values.clamp(self.low, self.high);
+        Opacities { opacity: self.opacity.at(values), clear: self.clear.at(values) }
+    }
+}
+
+/// Opacities, and 1 less these: each keeps digits where the other one does not.
+#[derive(Debug, Clone, Copy)]
+struct Opacities {
+    opacity: Interval,
+    clear: Interval,
+}
+
+impl Opacities {
+    fn extinction(&self) -> Interval {
+        let own = self.opacity.extinction();
+        if self.opacity.hi() > 0.5 { own.meet((-self.clear.logarithm()).clamp(0.0, f64::INFINITY)) } else { own }
     }
 }
 
@@ -102,7 +130,7 @@ impl Table {
                 let (low, high) = bounds(i);
                 let opacity = line(transfer.opacity(), low, high, |a| a);
                 let color = [0, 1, 2].map(|c: usize| line(transfer.color(), low, high, |rgb| rgb[c]));
-                Segment { low, high, opacity, color }
+                Segment { low, high, opacity, clear: opacity.rest(), color }
             })
             .collect();
         let mut visible = vec![0];
@@ -143,15 +171,16 @@ impl Table {
                 clear = true;
                 continue;
             }
+            let extinction = segment.opacities(values).extinction();
             let values = values.clamp(segment.low, segment.high);
-            let (color, opacity) = (segment.color.map(|line| line.at(values)), segment.opacity.at(values));
+            let color = segment.color.map(|line| line.at(values));
             found = Some(match found {
-                None => (color, opacity),
-                Some((c, o)) => ([0, 1, 2].map(|i: usize| c[i].hull(color[i])), o.hull(opacity)),
+                None => (color, extinction),
+                Some((c, e)) => ([0, 1, 2].map(|i: usize| c[i].hull(color[i])), e.hull(extinction)),
             });
         }
-        let (color, opacity) = found?;
-        let extinction = if clear { opacity.hull(Interval::ZERO) } else { opacity }.extinction();
+        let (color, extinction) = found?;
+        let extinction = if clear { extinction.hull(Interval::ZERO) } else { extinction };
         Some(Look { extinction, color, segment: (first == last).then_some(first) })
     }
 
@@ -168,7 +197,8 @@ impl Table {
         for segment in self.segments[first..=last].iter().filter(|s| s.visible()) {
             let (a, b) = (low.max(segment.low), high.min(segment.high));
             let length = Interval::point(b) - Interval::point(a);
-            let mean = mean_extinction(segment.opacities(Interval::point(a)), segment.opacities(Interval::point(b)));
+            let [from, to] = [a, b].map(|v| segment.opacities(Interval::point(v)));
+            let mean = mean_extinction(from, to);
             sum = sum + length * mean;
         }
         sum
@@ -179,12 +209,12 @@ impl Table {
 ///
 /// -ln is convex, so the mean lies between its value in the middle and the mean of its ends (Hermite and Hadamard). Where the two ends are
 /// far apart the integral's closed form is closer: (G(u) - G(w)) / (u - w) with G(u) = u - u ln u.
-fn mean_extinction(a: Interval, b: Interval) -> Interval {
-    let middle = ((a + b).times(0.5)).clamp(0.0, 1.0).extinction();
+fn mean_extinction(a: Opacities, b: Opacities) -> Interval {
+    let half = |x: Interval, y: Interval| (x + y).times(0.5).clamp(0.0, 1.0);
+    let middle = Opacities { opacity: half(a.opacity, b.opacity), clear: half(a.clear, b.clear) }.extinction();
     let ends = (a.extinction() + b.extinction()).times(0.5);
     let bounds = Interval::new(middle.lo(), ends.hi().max(middle.lo()));
-    let (u, w) = (Interval::ONE - a, Interval::ONE - b);
-    let (u, w) = if u.lo() > w.lo() { (u, w) } else { (w, u) };
+    let (u, w) = if a.clear.lo() > b.clear.lo() { (a.clear, b.clear) } else { (b.clear, a.clear) };
     let apart = u - w;
     if !(apart.lo() > 0.1 * u.hi()) {
         return bounds;
@@ -196,7 +226,7 @@ fn mean_extinction(a: Interval, b: Interval) -> Interval {
 
 /// u ln u of numbers within [0,1]: falls to -1/e at 1/e and rises again.
 fn product_with_ln(u: Interval) -> Interval {
-    let at = |u: f64| if u <= 0.0 { Interval::ZERO } else { Interval::point(u) * Interval::point(u).ln() };
+    let at = |u: f64| if u <= 0.0 { Interval::ZERO } else { Interval::point(u) * Interval::point(u).logarithm() };
     let ends = at(u.lo()).hull(at(u.hi()));
     // 1/e lies between these two numbers.
     if u.hi() < 0.367 || u.lo() > 0.368 { ends } else { ends.hull(Interval::new(-0.368, -0.367)) }
@@ -234,11 +264,13 @@ mod tests {
     #[test]
     fn means_of_extinction_have_their_closed_form() {
         for (a, b) in [(0.0, 1.0), (0.2, 0.7), (0.4, 0.41), (0.3, 0.3), (0.9, 0.0), (1.0, 0.5)] {
-            let got = mean_extinction(Interval::point(a), Interval::point(b));
+            let ends = |a: f64| Opacities { opacity: Interval::point(a), clear: Interval::ONE - Interval::point(a) };
+            let got = mean_extinction(ends(a), ends(b));
             let want = crate::reference::closed::opacity_ramp_depth(a, b, 1.0);
             assert!(got.lo() <= want + 1e-12 && want <= got.hi() + 1e-12, "{a} {b}: {got:?} {want}");
             assert!(got.width() < 1e-3, "{a} {b}: {got:?}");
         }
-        assert_eq!(mean_extinction(Interval::ONE, Interval::ONE).lo(), f64::INFINITY);
+        let wall = Opacities { opacity: Interval::ONE, clear: Interval::ZERO };
+        assert_eq!(mean_extinction(wall, wall).lo(), f64::INFINITY);
     }
 }
