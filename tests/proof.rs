@@ -4,10 +4,12 @@
 
 use serde_json::Value;
 use slicestack::picture::{Depth, Format, Metadata};
-use slicestack::{Picture, assert_golden};
+use slicestack::proof::verify_bounded;
+use slicestack::{Picture, Progress, Settings, assert_golden};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
+use std::sync::Arc;
 use tempfile::TempDir;
 
 fn run(dir: &Path, args: &[&str]) -> Output {
@@ -412,5 +414,37 @@ fn pictures_are_proven() {
     ends(d, &["verify", "lit.png"], 0);
     for bad in [&["--proof", "0"][..], &["--proof", "many"], &["--width", "1e-3"], &["--proof", "3", "--width", "0"]] {
         ends(d, &[&["verify", "a.png"][..], bad].concat(), 2);
+    }
+    // Any number of threads; and whoever hears of the progress may stop it.
+    let prove = |settings: Settings| verify_bounded(&d.join("a.png"), None, 100, 1e-5, &settings);
+    let one = prove(Settings::new().threads(1)).unwrap();
+    assert_eq!(one, prove(Settings::new().threads(3)).unwrap());
+    assert!(one.0.is_same() && one.1.pixels == 100 && one.1.width <= 1e-5);
+    assert!(matches!(prove(Settings::new().progress(Arc::new(Impatient))), Err(slicestack::Error::Stopped)));
+    assert!(prove(Settings::new().progress(Arc::new(Patient))).is_ok());
+    for (count, width, want) in
+        [(0, 1e-4, "a proof of 0 pixels says nothing"), (1, f64::NAN, "width NaN of proven bounds: must lie between")]
+    {
+        let line = verify_bounded(&d.join("a.png"), None, count, width, &Settings::new()).unwrap_err().to_string();
+        assert!(line.starts_with(want), "{line}");
+    }
+}
+
+/// Lets the picture be rendered, and stops the proof.
+struct Impatient;
+
+impl Progress for Impatient {
+    fn step(&self, what: &str, _: u64, _: u64) -> bool {
+        what != "proving pixels"
+    }
+}
+
+/// Hears of each pixel that is proven.
+struct Patient;
+
+impl Progress for Patient {
+    fn step(&self, what: &str, done: u64, total: u64) -> bool {
+        assert!(what != "proving pixels" || (done <= total && total == 100), "{what} {done} {total}");
+        true
     }
 }

@@ -157,18 +157,17 @@ impl<'a> Prover<'a> {
     /// of work; [`Enclosure::width`] tells. The same on every machine and for every number of threads.
     pub fn pixel(&self, x: u32, y: u32, width: f64) -> Enclosure {
         // Nobody stops it.
-        self.pixel_unless(x, y, width, &|| false).unwrap_or(Enclosure::of(
-            [Interval::UNIT; 3],
-            Interval::UNIT,
-            [Interval::UNIT; 3],
-            self.background_alpha,
-            0,
-        ))
+        self.pixel_unless(x, y, width, &|| false).unwrap_or_else(|| self.unknown())
     }
 
     /// As [`Prover::pixel`]; `None` as soon as `stop`, asked often, says so.
     pub fn pixel_unless(&self, x: u32, y: u32, width: f64, stop: &dyn Fn() -> bool) -> Option<Enclosure> {
         ray::enclose(self, (f64::from(x) + 0.5, f64::from(y) + 0.5), width, stop)
+    }
+
+    /// Bounds that hold for every ray.
+    fn unknown(&self) -> Enclosure {
+        Enclosure::of([Interval::UNIT; 3], Interval::UNIT, [Interval::UNIT; 3], self.background_alpha, 0)
     }
 }
 

@@ -176,7 +176,7 @@ impl Medium<'_> {
                 let mix = |factor: &Series, color: &Series| factor.product(&color.plus(-fog_color)).plus(fog_color);
                 (color_at, color_over) = (mix(fog_at, &color_at), mix(fog_over, &color_over));
             }
-            let middle = color_at.0[0].middle();
+            let middle = color_at.0[0].middle().clamp(0.0, 1.0);
             let (at, over) = (color_at.plus(-Interval::point(middle)), color_over.plus(-Interval::point(middle)));
             let product = |a: &Series, b: &Series, k: usize| convolved(&a.0, &b.0, k);
             let mut rest = integral_of(product(&at, &hidden_at, 0), product(&at, &hidden_at, 2), product(&over, &hidden_over, 4), r);

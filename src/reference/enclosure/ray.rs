@@ -54,7 +54,7 @@ pub(super) fn enclose(prover: &Prover<'_>, (x, y): (f64, f64), width: f64, stop:
     let medium = Medium { table: &prover.table, fog: fog.as_ref() };
     let mut state = Refined { medium, pieces: Vec::new(), leaves: Vec::new(), rest: false, computed: 0 };
     if !state.cut(prover, &ray, width, stop)? {
-        return Some(Enclosure::of([Interval::UNIT; 3], Interval::UNIT, [Interval::UNIT; 3], prover.background_alpha, 0));
+        return Some(prover.unknown());
     }
     let mut last = (STALL, f64::INFINITY);
     loop {
