@@ -26,11 +26,11 @@ const NARROWEST: f64 = 1e-12;
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Bounded {
-    /// Pixels that were enclosed, and pixels of the picture.
+    /// Pixels that were enclosed.
     pub pixels: u64,
     /// All pixels of the picture.
     pub of: u64,
-    /// How narrow their bounds were to be, and the widest of them.
+    /// How narrow the bounds of each pixel were to be.
     pub asked: f64,
     /// The width of the widest bounds; over `asked` where the work allowed for one pixel was not enough.
     pub width: f64,
@@ -106,10 +106,10 @@ pub fn verify_bounded(path: &Path, volume: Option<&Path>, count: u64, width: f64
         Error::Invalid(what) => Error::format(path, what),
         other => other,
     })?;
-    let again = carried.render(path, settings)?;
+    let (verdict, picture) = carried.render(path, settings)?;
     let chosen = chosen(&carried.provenance.scene, count, of);
     let (pixels, place) = (chosen.len() as u64, |i: u64| ((i % u64::from(w)) as u32, (i / u64::from(w)) as u32));
-    let same_size = (again.file.width(), again.file.height()) == (w, h);
+    let same_size = (carried.file.width(), carried.file.height()) == (w, h);
     let (mut rendered, mut stored, mut widest) = (Gathered::default(), Gathered::default(), 0.0);
     let done = AtomicU64::new(0);
     let progress = settings.progress.as_deref();
@@ -119,9 +119,9 @@ pub fn verify_bounded(path: &Path, volume: Option<&Path>, count: u64, width: f64
                 chunk.par_iter().map(|&i| one(&prover, place(i), width, progress, (&done, pixels))).collect::<Result<_>>()?;
             for (&i, bounds) in chunk.iter().zip(&found) {
                 widest = f64::max(widest, bounds.width);
-                rendered.add(bounds, &again.picture, place(i));
+                rendered.add(bounds, &picture, place(i));
                 if same_size {
-                    stored.add(bounds, &again.file, place(i));
+                    stored.add(bounds, &carried.file, place(i));
                 }
             }
         }
@@ -140,7 +140,7 @@ pub fn verify_bounded(path: &Path, volume: Option<&Path>, count: u64, width: f64
     };
     let stored = same_size.then(|| stored.distance(pixels));
     let bounded = Bounded { pixels, of, asked: width, width: widest, rendered: rendered.distance(pixels), stored, tolerance };
-    Ok((again.verdict, bounded))
+    Ok((verdict, bounded))
 }
 
 /// Encloses one pixel and tells of it.

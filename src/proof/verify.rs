@@ -84,18 +84,10 @@ impl fmt::Display for PixelsDiffer {
     }
 }
 
-/// A picture's scene, rendered again, and what it was held against.
-pub(super) struct Again {
-    pub(super) verdict: Verdict,
-    /// The picture as the file holds it, and as it was rendered.
-    pub(super) file: Picture,
-    pub(super) picture: Picture,
-}
-
 /// What a picture file says of its making, read but not yet rendered.
 pub(super) struct Carried {
     bytes: Vec<u8>,
-    file: Picture,
+    pub(super) file: Picture,
     pub(super) provenance: Provenance,
     edited: Vec<String>,
     pub(super) volume: Volume,
@@ -109,7 +101,7 @@ pub(super) struct Carried {
 /// [`Error::Format`] naming `path` where it carries no scene, or one of a volume file and none is given; whatever reading the picture, the
 /// scene and the volume may say, and rendering.
 pub fn verify(path: &Path, volume: Option<&Path>, settings: &Settings) -> Result<Verdict> {
-    Ok(Carried::read(path, volume, settings)?.render(path, settings)?.verdict)
+    Ok(Carried::read(path, volume, settings)?.render(path, settings)?.0)
 }
 
 impl Carried {
@@ -140,8 +132,8 @@ impl Carried {
         Ok(Self { bytes, file, provenance, edited, volume, scene })
     }
 
-    /// Renders the scene and holds the file against that.
-    pub(super) fn render(&self, path: &Path, settings: &Settings) -> Result<Again> {
+    /// Renders the scene and holds the file against that: what was found, and the picture rendered.
+    pub(super) fn render(&self, path: &Path, settings: &Settings) -> Result<(Verdict, Picture)> {
         let (picture, _) = Renderer::new(&self.volume, settings.clone()).render(&self.scene)?;
         let apart = |then: &str, now: String| (then != now).then(|| (then.to_owned(), now));
         let verdict = Verdict {
@@ -151,7 +143,7 @@ impl Carried {
             pixels: pixels(&self.file, &as_stored(&picture, &self.bytes, path)?),
             sha256: apart(&self.provenance.sha256, picture.sha256()),
         };
-        Ok(Again { verdict, file: self.file.clone(), picture })
+        Ok((verdict, picture))
     }
 }
 
