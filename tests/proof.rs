@@ -4,10 +4,12 @@
 
 use serde_json::Value;
 use slicestack::picture::{Depth, Format, Metadata};
-use slicestack::{Picture, assert_golden};
+use slicestack::proof::verify_bounded;
+use slicestack::{Picture, Progress, Settings, assert_golden};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
+use std::sync::Arc;
 use tempfile::TempDir;
 
 fn run(dir: &Path, args: &[&str]) -> Output {
@@ -369,4 +371,80 @@ fn the_macro_compares_with_the_goldens_of_this_crate() {
     let failed = std::panic::catch_unwind(|| assert_golden!(other, "1x1")).unwrap_err();
     let message = failed.downcast_ref::<String>().unwrap();
     assert!(message.contains("1x1: 16 x 12 pixels, on record") && message.contains("goldens"), "{message}");
+}
+
+#[test]
+fn pictures_are_proven() {
+    let dir = dir();
+    let d = dir.path();
+    fs::write(d.join("rings.toml"), "[volume]\nphantom = \"distance-field\"\nsize = 24\n").unwrap();
+    fs::write(d.join("lit.toml"), "[volume]\nphantom = \"cloud\"\nsize = 16\n[light]\nambient = 0.3\n").unwrap();
+    ends(d, &["render", "rings.toml", "--size", "24x20", "-o", "a.png", "--count", "64"], 0);
+    let (told, _) = ends(d, &["verify", "a.png", "--proof", "40"], 0);
+    let lines: Vec<&str> = told.lines().collect();
+    assert_eq!(lines[0], "same bytes", "{told}");
+    assert!(lines[1].starts_with("proven: each of these 40 of 480 pixels lies within "), "{told}");
+    assert!(lines[2].starts_with("proven: rounded as in the file, each lies within "), "{told}");
+    assert!(lines[3].starts_with("bounds: at most ") && lines[3].ends_with("wide (asked for: 1e-4)"), "{told}");
+    assert_eq!(lines.len(), 4, "{told}");
+    // The number behind "within", and the two of the RMS.
+    let number = |line: &str, behind: &str| -> f64 {
+        let text = line.split(behind).nth(1).and_then(|rest| rest.split([' ', ';']).next()).unwrap();
+        text.parse().unwrap()
+    };
+    let (largest, least, most) = (number(lines[1], "within "), number(lines[1], "between "), number(lines[1], " and "));
+    assert!(least <= most && most <= largest && largest < 0.1, "{told}");
+    // 8 bits are half a step off at most, straight colours a little more of theirs.
+    assert!(number(lines[2], "within ") < largest + 2.0 / 255.0, "{told}");
+    // The same pixels and numbers again; other bounds surround the same truth; all pixels, where more are asked for than there are.
+    assert_eq!(ends(d, &["verify", "a.png", "--proof", "40"], 0).0, told);
+    let (narrow, _) = ends(d, &["verify", "a.png", "--proof", "40", "--width", "1e-7"], 0);
+    let narrow: Vec<&str> = narrow.lines().collect();
+    assert!(number(narrow[1], "between ") <= most * 1.001 && number(narrow[1], " and ") >= least * 0.999, "{narrow:?} {told}");
+    let (all, _) = ends(d, &["verify", "a.png", "--proof", "1000"], 0);
+    assert!(all.contains("each of these 480 of 480 pixels"), "{all}");
+    // A tolerance is told of.
+    ends(d, &["render", "rings.toml", "--size", "24x20", "-o", "t.png", "--slices.tolerance", "0.01"], 0);
+    let (told, _) = ends(d, &["verify", "t.png", "--proof", "480", "--width", "1e-5"], 0);
+    assert!(told.contains("\ntolerance 1e-2: proven: kept by these pixels\n"), "{told}");
+    // What has no bounds is told before anything is rendered, and wrong numbers are wrong usage.
+    ends(d, &["render", "lit.toml", "--size", "8x8", "-o", "lit.png"], 0);
+    let (_, line) = ends(d, &["verify", "lit.png", "--proof", "3"], 1);
+    assert!(line.starts_with("error: lit.png: light: no bounds can be proven"), "{line}");
+    ends(d, &["verify", "lit.png"], 0);
+    for bad in [&["--proof", "0"][..], &["--proof", "many"], &["--width", "1e-3"], &["--proof", "3", "--width", "0"]] {
+        ends(d, &[&["verify", "a.png"][..], bad].concat(), 2);
+    }
+    // Any number of threads; and whoever hears of the progress may stop it.
+    let prove = |settings: Settings| verify_bounded(&d.join("a.png"), None, 100, 1e-5, &settings);
+    let one = prove(Settings::new().threads(1)).unwrap();
+    assert_eq!(one, prove(Settings::new().threads(3)).unwrap());
+    assert!(one.0.is_same() && one.1.pixels == 100 && one.1.width <= 1e-5);
+    assert!(matches!(prove(Settings::new().progress(Arc::new(Impatient))), Err(slicestack::Error::Stopped)));
+    assert!(prove(Settings::new().progress(Arc::new(Patient))).is_ok());
+    for (count, width, want) in
+        [(0, 1e-4, "a proof of 0 pixels says nothing"), (1, f64::NAN, "width NaN of proven bounds: must lie between")]
+    {
+        let line = verify_bounded(&d.join("a.png"), None, count, width, &Settings::new()).unwrap_err().to_string();
+        assert!(line.starts_with(want), "{line}");
+    }
+}
+
+/// Lets the picture be rendered, and stops the proof.
+struct Impatient;
+
+impl Progress for Impatient {
+    fn step(&self, what: &str, _: u64, _: u64) -> bool {
+        what != "proving pixels"
+    }
+}
+
+/// Hears of each pixel that is proven.
+struct Patient;
+
+impl Progress for Patient {
+    fn step(&self, what: &str, done: u64, total: u64) -> bool {
+        assert!(what != "proving pixels" || (done <= total && total == 100), "{what} {done} {total}");
+        true
+    }
 }

@@ -7,11 +7,12 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot read or write its file shall stop")]
 
 use glam::{DAffine3, DMat3, DVec3};
-use slicestack::scene::Preset;
+use slicestack::reference::{Integrator, Prover};
 use slicestack::scene::preset::{Guess, Kind};
+use slicestack::scene::{Camera, Preset, TransferFunction};
 use slicestack::volume::io::{self, Endian, Format, RawSpec};
 use slicestack::volume::{BoxConvention, Space, VoxelType};
-use slicestack::{Limits, Volume};
+use slicestack::{Limits, Scene, Volume};
 use std::path::{Path, PathBuf};
 
 fn data(file: &str) -> Option<PathBuf> {
@@ -330,4 +331,30 @@ fn what_volumes_are_taken_for() {
     assert_eq!(guess.kind, Kind::HounsfieldPlus1024, "{}", guess.reason);
     assert!(guess.advice.is_some_and(|a| a.contains("volume.intercept = -1024")));
     assert_eq!(Guess::of(&stored.with_rescale(1.0, -1024.0).unwrap()).preset, Preset::CtBone);
+}
+
+#[test]
+fn a_heads_pixels_are_enclosed() {
+    let Some(path) = data("cthead/CThead_256x256x113_int16be.raw.gz") else { return };
+    let spec = RawSpec::new([256, 256, 113], VoxelType::I16).with_endian(Endian::Big).with_spacing([1.0, 1.0, 2.0]);
+    let volume = io::read_raw(path, &spec, &Limits::new()).unwrap();
+    let bone = vec![(0.0, [0.0; 3]), (1216.0, [1.0, 0.9, 0.8]), (1600.0, [1.0, 1.0, 0.95]), (4080.0, [1.0; 3])];
+    let bone = TransferFunction::new(bone, vec![(1216.0, 0.0), (1600.0, 0.5), (4080.0, 0.9)]).unwrap();
+    for camera in [Camera::orbit(30.0, 20.0).unwrap(), Camera::orbit(0.0, 0.0).unwrap()] {
+        // From in front, a pixel for each voxel: rays lie on the cells' faces but for rounding.
+        let scene = Scene::new(bone.clone()).with_camera(camera).with_size(256, 256).unwrap();
+        let (prover, integrator) = (Prover::new(&scene, &volume).unwrap(), Integrator::new(&scene, &volume).unwrap());
+        let mut shown = 0;
+        for i in 0..200 {
+            let (x, y) = (i * 37 % 256, i * 101 % 256);
+            let (bounds, (color, ray)) = (prover.pixel(x, y, 1e-4), integrator.pixel(x, y));
+            assert!(bounds.width <= 1e-4, "{x},{y}: {bounds:?}");
+            let off = ray.error_bound + 1e-11;
+            for (c, [lo, hi]) in color.rgb.iter().zip(bounds.pixel) {
+                assert!(lo - off <= *c && *c <= hi + off, "{x},{y}: {c} {bounds:?}");
+            }
+            shown += u32::from(bounds.transmittance[1] < 0.9);
+        }
+        assert!(shown > 20, "{shown}");
+    }
 }

@@ -6,7 +6,7 @@ use super::scene::ReadingArgs;
 use super::{Differs, complain};
 use anyhow::{Result, bail};
 use slicestack::Settings;
-use slicestack::proof::verify;
+use slicestack::proof::{MAX_PROOF, verify, verify_bounded};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -20,6 +20,12 @@ pub(super) struct VerifyArgs {
     /// Volume file that it was made of. A picture does not say where that is.
     #[arg(long, value_name = "FILE")]
     volume: Option<PathBuf>,
+    /// Prove how far N pixels are from the true integral: in interval arithmetic, for pixels that a hash of the scene chooses.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_PROOF))]
+    proof: Option<u64>,
+    /// How narrow the bounds on the true integral are to be, on colours from 0 to 1.
+    #[arg(long, value_name = "W", default_value_t = 1e-4, requires = "proof", value_parser = width)]
+    width: f64,
     #[command(flatten)]
     reading: ReadingArgs,
 }
@@ -29,21 +35,35 @@ Exit status: 0 where the pixels are the same, of the same volume and scene; 3 wh
 
 Examples:
   slicestack verify head.png --volume head.nrrd
-  slicestack verify rings.png                        a picture of a built-in volume";
+  slicestack verify rings.png                        a picture of a built-in volume
+  slicestack verify rings.png --proof 1000           and how far 1000 pixels are from the truth, proven";
+
+/// A width of bounds.
+fn width(text: &str) -> Result<f64, String> {
+    let width: f64 = text.parse().map_err(|e| format!("{e}"))?;
+    if (1e-12..=1.0).contains(&width) { Ok(width) } else { Err("must lie between 1e-12 and 1".to_owned()) }
+}
 
 pub(super) fn run(args: &VerifyArgs) -> Result<()> {
     catch_signals()?;
     let bar = Arc::new(Bar::new());
     let settings = Settings::new().limits(args.reading.limits()).progress(bar.clone());
     enter(Phase::Rendering);
-    let verdict = verify(&args.picture, args.volume.as_deref(), &settings)?;
+    let (verdict, bounded) = match args.proof {
+        None => (verify(&args.picture, args.volume.as_deref(), &settings)?, None),
+        Some(count) => {
+            let (verdict, bounded) = verify_bounded(&args.picture, args.volume.as_deref(), count, args.width, &settings)?;
+            (verdict, Some(bounded))
+        }
+    };
     bar.clear();
     rendered()?;
     let lines = verdict.lines();
+    let proven: String = bounded.iter().flat_map(|b| b.lines()).map(|line| line + "\n").collect();
     if verdict.is_same() {
         lines.iter().for_each(|line| complain("note", &format!("{}: {line}", args.picture.display())));
-        return print(b"same bytes\n");
+        return print(("same bytes\n".to_owned() + &proven).as_bytes());
     }
-    print((lines.join("\n") + "\n").as_bytes())?;
+    print((lines.join("\n") + "\n" + &proven).as_bytes())?;
     bail!(Differs(format!("{}: not the same", args.picture.display())))
 }

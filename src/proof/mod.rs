@@ -18,10 +18,12 @@
 //! the patient, and a picture travels further than its data. The fingerprint finds the file as surely. Of what a file's header says (names,
 //! descriptions, dates) nothing is read. A built-in volume is named.
 
+mod bounded;
 mod folder;
 mod provenance;
 mod verify;
 
+pub use bounded::{Bounded, Distance, MAX_PROOF, verify_bounded};
 pub use folder::{Blessed, Checked, Outcome, bless, check, page};
 pub use provenance::Provenance;
 pub use verify::{PixelsDiffer, Verdict, verify};

@@ -2,7 +2,7 @@
 
 use super::provenance::{Provenance, scene_file};
 use crate::picture::{Depth, Format, Metadata, picture_bytes};
-use crate::{Error, Picture, Renderer, Result, Settings};
+use crate::{Error, Picture, Renderer, Result, Scene, Settings, Volume};
 use std::fmt;
 use std::path::Path;
 
@@ -84,6 +84,16 @@ impl fmt::Display for PixelsDiffer {
     }
 }
 
+/// What a picture file says of its making, read but not yet rendered.
+pub(super) struct Carried {
+    bytes: Vec<u8>,
+    pub(super) file: Picture,
+    pub(super) provenance: Provenance,
+    edited: Vec<String>,
+    pub(super) volume: Volume,
+    pub(super) scene: Scene,
+}
+
 /// Renders again the scene that the picture file `path` carries, of the volume in the file `volume`, or of the built-in one
 /// that the scene says. A scene that names files of its own is refused: a picture may come from anybody.
 ///
@@ -91,34 +101,50 @@ impl fmt::Display for PixelsDiffer {
 /// [`Error::Format`] naming `path` where it carries no scene, or one of a volume file and none is given; whatever reading the picture, the
 /// scene and the volume may say, and rendering.
 pub fn verify(path: &Path, volume: Option<&Path>, settings: &Settings) -> Result<Verdict> {
-    let bytes = picture_bytes(path)?;
-    let file = Picture::decode(&bytes, path)?;
-    let Some(provenance) = Provenance::read(&Metadata::decode(&bytes, path)?) else {
-        return Err(Error::format(path, "carries no scene (slicestack.scene): it was made without metadata, or lost it"));
-    };
-    let named = |e: Error| match e {
-        Error::Invalid(what) => Error::format(path, format!("its scene: {what}")),
-        other => other,
-    };
-    let edited = provenance.edited_keys().map_err(named)?;
-    if let Some(key) = named_file(&provenance.scene) {
-        return Err(Error::format(path, format!("its scene names a file ({key}), which no picture made here does: it is not followed")));
+    Ok(Carried::read(path, volume, settings)?.render(path, settings)?.0)
+}
+
+impl Carried {
+    /// Reads the picture file, its scene and its volume.
+    pub(super) fn read(path: &Path, volume: Option<&Path>, settings: &Settings) -> Result<Self> {
+        let bytes = picture_bytes(path)?;
+        let file = Picture::decode(&bytes, path)?;
+        let Some(provenance) = Provenance::read(&Metadata::decode(&bytes, path)?) else {
+            return Err(Error::format(path, "carries no scene (slicestack.scene): it was made without metadata, or lost it"));
+        };
+        let named = |e: Error| match e {
+            Error::Invalid(what) => Error::format(path, format!("its scene: {what}")),
+            other => other,
+        };
+        let edited = provenance.edited_keys().map_err(named)?;
+        if let Some(key) = named_file(&provenance.scene) {
+            return Err(Error::format(
+                path,
+                format!("its scene names a file ({key}), which no picture made here does: it is not followed"),
+            ));
+        }
+        if volume.is_none() && !names_volume(&provenance.scene) {
+            return Err(Error::format(path, "does not say where its volume is: name the file with --volume FILE"));
+        }
+        let scene_file = scene_file(&provenance.scene, volume).map_err(named)?;
+        let volume = scene_file.volume().load(&settings.limits)?;
+        let (scene, _) = scene_file.to_scene(&volume).map_err(named)?;
+        Ok(Self { bytes, file, provenance, edited, volume, scene })
     }
-    if volume.is_none() && !names_volume(&provenance.scene) {
-        return Err(Error::format(path, "does not say where its volume is: name the file with --volume FILE"));
+
+    /// Renders the scene and holds the file against that: what was found, and the picture rendered.
+    pub(super) fn render(&self, path: &Path, settings: &Settings) -> Result<(Verdict, Picture)> {
+        let (picture, _) = Renderer::new(&self.volume, settings.clone()).render(&self.scene)?;
+        let apart = |then: &str, now: String| (then != now).then(|| (then.to_owned(), now));
+        let verdict = Verdict {
+            version: apart(&self.provenance.version, env!("CARGO_PKG_VERSION").to_owned()),
+            volume: apart(&self.provenance.volume_sha256, self.volume.sha256()),
+            edited: self.edited.clone(),
+            pixels: pixels(&self.file, &as_stored(&picture, &self.bytes, path)?),
+            sha256: apart(&self.provenance.sha256, picture.sha256()),
+        };
+        Ok((verdict, picture))
     }
-    let scene_file = scene_file(&provenance.scene, volume).map_err(named)?;
-    let volume = scene_file.volume().load(&settings.limits)?;
-    let (scene, _) = scene_file.to_scene(&volume).map_err(named)?;
-    let (picture, _) = Renderer::new(&volume, settings.clone()).render(&scene)?;
-    let apart = |then: &str, now: String| (then != now).then(|| (then.to_owned(), now));
-    Ok(Verdict {
-        version: apart(&provenance.version, env!("CARGO_PKG_VERSION").to_owned()),
-        volume: apart(&provenance.volume_sha256, volume.sha256()),
-        edited,
-        pixels: pixels(&file, &as_stored(&picture, &bytes, path)?),
-        sha256: apart(&provenance.sha256, picture.sha256()),
-    })
 }
 
 /// The value of a key of a scene in TOML.

@@ -8,10 +8,11 @@
 //!
 //! Between two cuts the interpolated value is a polynomial (cubic where it is trilinear) and the transfer function a straight line, so the
 //! emission-absorption integral is smooth there and is computed to a bound. Light and the factor of the gradient opacity have more kinks, which
-//! are cut at or found by halving. Nothing in this room uses the slicing pipeline:
-//! only scenes and volumes.
+//! are cut at or found by halving. Where an estimate of the error is not enough, [`Prover`] encloses pixels: intervals, rounded outwards, that the
+//! truth lies in. Nothing in this room uses the slicing pipeline: only scenes and volumes.
 
 pub mod closed;
+mod enclosure;
 mod field;
 mod gradient;
 mod image;
@@ -25,6 +26,7 @@ mod segments;
 mod spline;
 mod surfaces;
 
+pub use enclosure::{Enclosure, Prover};
 pub use image::{ReferenceImage, Region, image};
 pub use integrate::{Integrator, RayResult};
 pub use surfaces::{Crossing, SurfaceTracer};

@@ -148,6 +148,14 @@ impl Piece<'_> {
         (self.segment.opacity + self.segment.opacity_slope * (self.field.at(s) - self.segment.origin)).clamp(0.0, 1.0)
     }
 
+    /// ln(1 - opacity).
+    fn log_clear(&self, s: f64, opacity: f64) -> f64 {
+        if opacity <= 0.5 || self.lit.is_some_and(|lit| lit.by_gradient(s, self.field).is_some()) {
+            return libm::log1p(-opacity);
+        }
+        libm::log(self.segment.clear(self.field.at(s)))
+    }
+
     /// Straight colour as the eye sees it, fog included.
     fn color(&self, s: f64) -> [f64; 3] {
         let v = self.field.at(s) - self.segment.origin;
@@ -204,11 +212,11 @@ impl Piece<'_> {
         let at: [f64; M] = std::array::from_fn(|i| a + h * rule.points[i]);
         let opacity = at.map(|s| self.opacity(s));
         let some = self.lit.is_none_or(|lit| at.iter().any(|&s| lit.factor(s) > 0.0));
-        if some && opacity.iter().all(|&o| o >= 1.0) {
+        if some && opacity.iter().all(|&o| o >= 1.0) && self.may_be_wall() {
             return Sum { depth: f64::INFINITY, emitted: [0.0; 3], rise: [0.0; 3] };
         }
         // An opacity that rounds to 1 at a point of an otherwise lesser piece: the largest finite extinction.
-        let mut rate = opacity.map(|o| -libm::log1p(-o).max(-745.0) * self.length * h);
+        let mut rate = std::array::from_fn(|i| -self.log_clear(at[i], opacity[i]).max(-745.0) * self.length * h);
         if let Some(lit) = self.lit {
             rate.iter_mut().zip(at).for_each(|(rate, s)| *rate *= lit.factor(s));
         }
@@ -222,6 +230,13 @@ impl Piece<'_> {
             }
         }
         Sum { depth, emitted, rise }
+    }
+
+    /// Whether opacity can be 1 for more than single places. Where it only passes 1 (a spike's peak, a ramp's end) the extinction is infinite
+    /// there, its integral is not, and a panel can be so short that all of its points round to 1.
+    fn may_be_wall(&self) -> bool {
+        let by_gradient = self.lit.is_some_and(|lit| lit.by_gradient(0.5, self.field).is_some());
+        by_gradient || self.segment.opacity_slope == 0.0 || !self.field.varies()
     }
 
     /// What rounding may change about a difference of two colours: values far from 0 leave few digits to what lies between them.

@@ -13,8 +13,22 @@ pub(super) struct Segment {
     /// Opacity per reference length at the origin, and its change per unit of value.
     pub(super) opacity: f64,
     pub(super) opacity_slope: f64,
+    /// 1 less the opacity at both ends, and the value of the upper one: next to an opacity of 1 they keep the digits that a difference loses.
+    clear: (f64, f64),
+    end: f64,
     /// Largest opacity on the segment.
     pub(super) most: f64,
+}
+
+impl Segment {
+    /// 1 less the opacity at a value on the segment.
+    pub(super) fn clear(&self, value: f64) -> f64 {
+        let (low, high) = self.clear;
+        if low == high {
+            return low;
+        }
+        ((low * (self.end - value) + high * (value - self.origin)) / (self.end - self.origin)).clamp(0.0, 1.0)
+    }
 }
 
 /// All segments of a transfer function: below the first knot, between knots, above the last.
@@ -40,9 +54,20 @@ impl Segments {
     pub(super) fn new(transfer: &TransferFunction) -> Self {
         let color = |v, above| limit(transfer.color(), v, above, |a, b, t| std::array::from_fn(|i| a[i] + (b[i] - a[i]) * t));
         let opacity = |v, above| limit(transfer.opacity(), v, above, |a, b, t| a + (b - a) * t);
+        let rest: Vec<(f64, f64)> = transfer.opacity().iter().map(|&(v, a)| (v, 1.0 - a)).collect();
+        let clear = |v, above| limit(&rest, v, above, |a, b, t| a + (b - a) * t);
         let constant = |v: f64, above: bool| {
-            let opacity = opacity(v, above);
-            Segment { origin: v, color: color(v, above), color_slope: [0.0; 3], opacity, opacity_slope: 0.0, most: opacity }
+            let (opacity, clear) = (opacity(v, above), clear(v, above));
+            Segment {
+                origin: v,
+                color: color(v, above),
+                color_slope: [0.0; 3],
+                opacity,
+                opacity_slope: 0.0,
+                clear: (clear, clear),
+                end: v,
+                most: opacity,
+            }
         };
         let knots = transfer.knots();
         let mut segments = Vec::with_capacity(knots.len() + 1);
@@ -57,6 +82,8 @@ impl Segments {
                 color_slope: std::array::from_fn(|i| (c1[i] - c0[i]) / width),
                 opacity: a0,
                 opacity_slope: (a1 - a0) / width,
+                clear: (clear(low, true), clear(high, false)),
+                end: high,
                 most: a0.max(a1),
             });
         }

@@ -118,6 +118,14 @@ fn steps_spikes_and_walls() {
     // A rise and fall in one cell's length crosses the spike twice.
     let volume = line(&[0.0, 1.0, 0.0], BoxConvention::Nodes);
     assert!((pixel(&spike, &volume).transmittance - want * want).abs() < 1e-9);
+    // One whose peak is opaque, or next to it, lets light through: its extinction is infinite at a single place.
+    let volume = line(&[0.0, 1.0], BoxConvention::Nodes);
+    for most in [1.0, 1.0 - 1e-12] {
+        let peak = scene(&volume, gray(&[(0.7 - 1e-6, 0.0), (0.7, most), (0.7 + 1e-6, 0.0)])).with_opacity_unit(1e-6).unwrap();
+        // Where the peak is, and with it the extinction next to it, is known to rounding alone: more than the bound that `pixel` asks for.
+        let ray = Integrator::new(&peak, &volume).unwrap().pixel(0, 0).1;
+        assert!((ray.transmittance - libm::exp(-2.0)).abs() < 1e-7, "{most}: {ray:?}");
+    }
     // A wall shows its first colour, whatever is behind it, and hides it.
     let volume = line(&[0.0, 1.0], BoxConvention::Nodes);
     let colors = vec![(0.0, [0.0, 0.2, 0.4]), (1.0, [1.0, 0.2, 0.9])];
