@@ -134,10 +134,10 @@ impl Classify for KnotTable {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::classify::Measure;
+    use crate::classify::{Detail, Measure};
     use crate::scene::SlabForm;
 
-    const ONE: Slab = Slab { ratio: 1.0, form: SlabForm::Exponential, measure: Measure::Opacity };
+    const ONE: Slab = Slab { ratio: 1.0, form: SlabForm::Exponential, measure: Measure::Opacity, detail: Detail::Usual };
 
     fn position(table: &KnotTable, value: f64) -> f64 {
         let p = table.pieces();

@@ -18,7 +18,7 @@ mod value;
 pub(crate) use change::{CHANGES, ChangeClasses, most as most_change, strongest};
 pub(crate) use knots::{KnotTable, Piece as KnotPiece};
 pub(crate) use pair::PairTable;
-pub(crate) use slab::{Measure, Slab};
+pub(crate) use slab::{Detail, Measure, Slab};
 pub(crate) use value::ValueTable;
 
 use crate::lanes::LookupTable;
@@ -48,8 +48,10 @@ pub(crate) trait Classify {
 /// What a classifier goes by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum By {
-    /// The value of a slab.
+    /// The value of a slab, interpolated between voxels.
     Value,
+    /// The values of voxels.
+    Voxel,
     /// The values on both sides of a slab.
     Pair,
     /// The exact value of the nearest voxel.
@@ -72,6 +74,7 @@ impl Classifier {
     pub(crate) fn new(transfer: &TransferFunction, range: (f64, f64), slab: Slab, by: By) -> Self {
         match by {
             By::Value => Self::Value(ValueTable::new(transfer, range, slab)),
+            By::Voxel => Self::Value(ValueTable::new(transfer, range, slab).of_voxels()),
             By::Pair => Self::Pair(PairTable::new(transfer, range, slab)),
             By::Label => Self::Label(KnotTable::new(transfer, slab)),
         }

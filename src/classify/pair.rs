@@ -11,7 +11,7 @@
 //! a table as fine as it takes, and there is a smooth change from one to the other.
 
 use super::Classify;
-use super::slab::{Measure, Slab, color, thinness};
+use super::slab::{Detail, Measure, Slab, color, thinness};
 use super::value::{TABLE_ERROR, ValueTable, aligned};
 use crate::lanes::LookupTable;
 use crate::scene::TransferFunction;
@@ -96,6 +96,9 @@ impl PairTable {
         let mut intervals = if whole <= 2 * INTERVALS { whole * (INTERVALS / whole).max(1) } else { INTERVALS };
         let sharp = |intervals| ValueTable::error(transfer, &inner, low, high, intervals, slab) > TABLE_ERROR;
         if sharp(intervals) && intervals <= INTERVALS {
+            intervals *= 2;
+        }
+        if slab.detail == Detail::Finer && sharp(intervals) {
             intervals *= 2;
         }
         let width = (high - low) / intervals as f64;
@@ -216,7 +219,7 @@ mod tests {
     use super::*;
     use crate::scene::SlabForm;
 
-    const ONE: Slab = Slab { ratio: 1.0, form: SlabForm::Exponential, measure: Measure::Opacity };
+    const ONE: Slab = Slab { ratio: 1.0, form: SlabForm::Exponential, measure: Measure::Opacity, detail: Detail::Usual };
 
     /// The slab's integral in 20000 steps.
     fn integral(transfer: &TransferFunction, from: f64, to: f64, ratio: f64) -> [f64; 4] {
@@ -246,7 +249,8 @@ mod tests {
             let pairs = PairTable::new(transfer, (0.0, 255.0), ONE);
             let width = 255.0 / pairs.last() as f64;
             for ratio in [0.05, 1.0, 7.0] {
-                let table = pairs.table(transfer, Slab { ratio, form: SlabForm::Exponential, measure: Measure::Opacity });
+                let table =
+                    pairs.table(transfer, Slab { ratio, form: SlabForm::Exponential, measure: Measure::Opacity, detail: Detail::Usual });
                 for (i, j) in [(0, 255), (255, 0), (95, 105), (105, 95), (99, 101), (30, 50), (50, 30), (100, 103), (200, 201), (7, 19)] {
                     let entry = |value: i32| (f64::from(value) / width + 0.5) as usize;
                     let (i, j) = (entry(i), entry(j));
@@ -265,7 +269,8 @@ mod tests {
     fn an_opacity_of_one_is_opaque_in_the_thinnest_slab() {
         let transfer = TransferFunction::new(vec![(0.0, [0.5; 3])], vec![(10.0, 0.0), (20.0, 1.0), (255.0, 1.0)]).expect("valid");
         let pairs = PairTable::new(&transfer, (0.0, 255.0), ONE);
-        let table = pairs.table(&transfer, Slab { ratio: 1e-9, form: SlabForm::Exponential, measure: Measure::Opacity });
+        let table =
+            pairs.table(&transfer, Slab { ratio: 1e-9, form: SlabForm::Exponential, measure: Measure::Opacity, detail: Detail::Usual });
         let last = pairs.last();
         for (i, j) in [(last / 3, last / 3), (last / 3, last), (0, last), (last, 0)] {
             let got = table.entries()[i * (last + 1) + j];

@@ -11,6 +11,17 @@ pub(crate) struct Slab {
     pub(crate) form: SlabForm,
     /// What a table says of it.
     pub(crate) measure: Measure,
+    /// How fine a table may be.
+    pub(crate) detail: Detail,
+}
+
+/// How fine a table may be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Detail {
+    /// As fine as pictures need, up to a limit.
+    Usual,
+    /// Finer where that limit leaves a table that does not follow the transfer function: for pictures that tell the error of others.
+    Finer,
 }
 
 /// What a table says of slabs.

@@ -1,9 +1,9 @@
 //! A table over values: how many entries, over which values, and which of them are transparent.
 
 use super::Classify;
-use super::slab::{Measure, Slab, color, seen};
+use super::slab::{Detail, Measure, Slab, color, seen};
 use crate::lanes::LookupTable;
-use crate::scene::TransferFunction;
+use crate::scene::{SlabForm, TransferFunction};
 
 /// Largest difference from the exact function that a table may have, as a share of the strongest slab in it: thin slabs are many,
 /// and their errors add up.
@@ -19,6 +19,8 @@ const SHARES: [f64; 3] = [1.0, 1.0 / 8.0, 1.0 / 64.0];
 const BENDS: f64 = 64.0;
 /// Most intervals of a table. With a step in the transfer function at least a sixteenth of them resolve it.
 const MOST: usize = 1 << 16;
+/// How many times as many a finer table has.
+const FINER: usize = 4;
 /// Fewest intervals of a table that is not constant.
 const FEWEST: usize = 64;
 
@@ -35,10 +37,17 @@ pub(crate) struct ValueTable {
     opaque: Vec<u32>,
     /// Whether values at or below the first entry, and at or above the last, have any opacity.
     ends: [bool; 2],
+    /// Whether values are those of voxels, not interpolated between them.
+    voxels: bool,
 }
 
 impl ValueTable {
-    /// A layout for values in [min, max] through `transfer`, fine enough for slabs like `slab`.
+    /// The layout for values of voxels.
+    pub(crate) fn of_voxels(self) -> Self {
+        Self { voxels: true, ..self }
+    }
+
+    /// A layout for interpolated values in [min, max] through `transfer`, fine enough for slabs like `slab`.
     pub(crate) fn new(transfer: &TransferFunction, (min, max): (f64, f64), slab: Slab) -> Self {
         let knots = transfer.knots();
         let (first, last) = (knots[0], knots[knots.len() - 1]);
@@ -49,7 +58,7 @@ impl ValueTable {
         if !(high > low) {
             let value = if min > last { last } else { low };
             let opaque = u32::from(transfer.eval(value).alpha > 0.0);
-            return Self { low: value, high: value, intervals: 1, opaque: vec![0, opaque], ends: [opaque > 0; 2] };
+            return Self { low: value, high: value, intervals: 1, opaque: vec![0, opaque], ends: [opaque > 0; 2], voxels: false };
         }
         let inner: Vec<f64> = knots.iter().copied().filter(|&k| k > low && k < high).collect();
         let mut intervals = aligned(&inner, low, high).unwrap_or(FEWEST);
@@ -62,6 +71,9 @@ impl ValueTable {
         }
         if intervals == MOST {
             intervals = fitted(transfer, &inner, low, high, slab);
+            if slab.detail == Detail::Finer && Self::error(transfer, &inner, low, high, intervals, slab) > TABLE_ERROR {
+                intervals *= FINER;
+            }
         }
         let width = (high - low) / intervals as f64;
         let entry = |i: usize| transfer.eval(if i == intervals { high } else { low + i as f64 * width }).alpha > 0.0;
@@ -69,7 +81,42 @@ impl ValueTable {
         for i in 0..intervals {
             opaque.push(opaque[i] + u32::from(entry(i) || entry(i + 1)));
         }
-        Self { low, high, intervals, opaque, ends: [entry(0), entry(intervals)] }
+        Self { low, high, intervals, opaque, ends: [entry(0), entry(intervals)], voxels: false }
+    }
+
+    /// The value at entry `i`.
+    fn value(&self, i: usize) -> f64 {
+        if i == self.intervals { self.high } else { self.low + i as f64 * ((self.high - self.low) / self.intervals as f64) }
+    }
+
+    /// Where opacity reaches 1 at one entry and falls on both sides, gives that entry what makes the table's mean over both intervals right.
+    ///
+    /// Extinction is infinite at that value, but not its integral over values: a field that passes it is no wall. An entry of 1 would make
+    /// one of it, the more likely the thinner slabs are: they meet the intervals beside it more often, and are hardly less opaque there. With
+    /// (1 - a) rising in a straight line from 0 to q over an interval, the mean of 1 - (1 - a)^r is 1 - q^r / (r + 1).
+    fn level_peaks(&self, transfer: &TransferFunction, ratio: f64, colors: &mut [[f32; 4]]) {
+        for &knot in transfer.knots().iter().filter(|&&k| k > self.low && k < self.high && transfer.eval(k).alpha >= 1.0) {
+            let i = libm::rint((knot - self.low) / (self.high - self.low) * self.intervals as f64) as usize;
+            if i == 0 || i >= self.intervals || colors[i][3] < 1.0 || transfer.has_step(knot) {
+                continue;
+            }
+            let left = |at: usize| 1.0 - transfer.eval(self.value(at)).alpha;
+            let (q, p) = (left(i - 1), left(i + 1));
+            if !(q > 0.0 && p > 0.0) {
+                continue;
+            }
+            // Means of both intervals, twice each, less the entries beside: 1 - q^r (2 / (r + 1) - 1) on average.
+            let share = (1.0 - ratio) / (1.0 + ratio);
+            let alpha = 1.0 - 0.5 * share * (libm::pow(q, ratio) + libm::pow(p, ratio));
+            let alpha = alpha.clamp(0.0, 1.0);
+            let rgb = transfer.eval(knot).rgb;
+            colors[i] = [rgb[0] * alpha, rgb[1] * alpha, rgb[2] * alpha, alpha].map(|x| x as f32);
+        }
+    }
+
+    /// Whether it is finer than tables usually are.
+    pub(crate) fn is_finer(&self) -> bool {
+        self.intervals > MOST
     }
 
     /// Largest difference between the interpolated table and the function, at `knots` and in the middle of intervals, as a share of
@@ -107,10 +154,10 @@ impl Classify for ValueTable {
         if self.high == self.low {
             return LookupTable::new(&[color(transfer, self.low, slab).map(|x| x as f32)]);
         }
-        let width = (self.high - self.low) / self.intervals as f64;
-        let colors: Vec<[f32; 4]> = (0..=self.intervals)
-            .map(|i| color(transfer, if i == self.intervals { self.high } else { self.low + i as f64 * width }, slab).map(|x| x as f32))
-            .collect();
+        let mut colors: Vec<[f32; 4]> = (0..=self.intervals).map(|i| color(transfer, self.value(i), slab).map(|x| x as f32)).collect();
+        if !self.voxels && slab.form == SlabForm::Exponential && slab.measure == Measure::Opacity {
+            self.level_peaks(transfer, slab.ratio, &mut colors);
+        }
         LookupTable::new(&colors)
     }
 
@@ -213,17 +260,16 @@ fn gcd(a: u64, b: u64) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::classify::Measure;
-    use crate::scene::SlabForm;
+    use crate::classify::{Detail, Measure};
 
-    const ONE: Slab = Slab { ratio: 1.0, form: SlabForm::Exponential, measure: Measure::Opacity };
+    const ONE: Slab = Slab { ratio: 1.0, form: SlabForm::Exponential, measure: Measure::Opacity, detail: Detail::Usual };
 
     fn gray(opacity: Vec<(f64, f64)>) -> TransferFunction {
         TransferFunction::new(vec![(0.0, [0.2, 0.5, 1.0]), (1000.0, [1.0, 0.5, 0.0])], opacity).expect("valid")
     }
 
     fn worst(transfer: &TransferFunction, range: (f64, f64), ratio: f64) -> f64 {
-        let slab = Slab { ratio, form: SlabForm::Exponential, measure: Measure::Opacity };
+        let slab = Slab { ratio, form: SlabForm::Exponential, measure: Measure::Opacity, detail: Detail::Usual };
         let layout = ValueTable::new(transfer, range, slab);
         let table = layout.table(transfer, slab);
         let n = 100_003;
@@ -261,7 +307,11 @@ mod tests {
     fn whole_number_knots_fall_on_entries() {
         let points: Vec<(f64, f64)> = (0..256).map(|i| (f64::from(i), f64::from(i * 7919 % 256) / 512.0)).collect();
         let transfer = gray(points.clone());
-        let layout = ValueTable::new(&transfer, (0.0, 255.0), Slab { ratio: 0.5, form: SlabForm::Exponential, measure: Measure::Opacity });
+        let layout = ValueTable::new(
+            &transfer,
+            (0.0, 255.0),
+            Slab { ratio: 0.5, form: SlabForm::Exponential, measure: Measure::Opacity, detail: Detail::Usual },
+        );
         assert_eq!(layout.intervals % 255, 0);
         assert!(worst(&transfer, (0.0, 255.0), 0.5) < 1.0 / 1024.0);
     }

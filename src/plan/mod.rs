@@ -24,6 +24,7 @@ pub(crate) use prepared::{MergedData, Prepared, SurfaceBricks, ThinnessData, Tra
 pub(crate) use scaling::Scaling;
 pub(crate) use stages::{PairStages, Stages};
 
+pub(crate) use crate::classify::Detail;
 use crate::classify::{By, Classifier, Classify, KnotPiece, Measure, Slab};
 use crate::fragment::project::NOTHING;
 use crate::fragment::{
@@ -46,6 +47,8 @@ pub(crate) struct Subject<'s, 'v> {
     pub(crate) stack: Stack,
     /// Transmittance below which a pixel takes no more.
     pub(crate) terminate: f32,
+    /// How fine tables may be.
+    pub(crate) detail: Detail,
     pub(crate) level: Level,
     /// Whether an observer sees the frame: then nothing is left out that shows in no pixel.
     pub(crate) observed: bool,
@@ -91,15 +94,16 @@ pub(crate) struct FramePlan<'v> {
 impl<'v> FramePlan<'v> {
     /// The plan for one frame of `subject`, with what is `kept` between frames.
     pub(crate) fn new(subject: Subject<'_, 'v>, kept: &mut impl Prepared) -> Self {
-        let Subject { scene, volume, data, stack, terminate, level, observed, domain } = subject;
+        let Subject { scene, volume, data, stack, terminate, detail, level, observed, domain } = subject;
         let mut needs = Needs::new(scene, &stack, data.bricks.non_finite > 0, terminate).with_values(scene, volume, data.bricks.range);
         let lookup = needs.lookup(volume, data.packed.is_some(), &data.scaling);
         let ratio = if stack.is_empty() { 1.0 } else { stack.spacing / scene.opacity_length(domain.map_or(volume.grid(), Domain::whole)) };
         let measure = if needs.optical_depth { Measure::OpticalDepth } else { Measure::Opacity };
-        let slab = Slab { ratio, form: needs.method.slab, measure };
+        let slab = Slab { ratio, form: needs.method.slab, measure, detail };
         let by = match needs.method.is_pre_integrated() {
             true => By::Pair,
             false if needs.labels => By::Label,
+            false if matches!(lookup, Lookup::Nearest | Lookup::Corners) => By::Voxel,
             false => By::Value,
         };
         let transfer = kept.transfer(TransferKey {
@@ -124,6 +128,8 @@ impl<'v> FramePlan<'v> {
             surfaces: surfaces.as_ref().map(|s| Box::new(SurfaceFrame::new(s, scene, volume, &stack, |value| data.scaling.number(value)))),
             pieces: None,
         };
+        // Two more tables of that size would cost more than they save.
+        needs.merge &= !matches!(&transfer.classifier, Classifier::Value(table) if table.is_finer());
         let merged = if needs.merge { kept.merged(&transfer) } else { None };
         let runs = Runs::new(&stack, needs.ends.between(), needs.merge);
         let (skip_table, visible_share) = match &surfaces {

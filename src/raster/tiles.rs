@@ -52,6 +52,7 @@ impl BlockMask {
     }
 
     /// The block of pixel `i`, counted row by row.
+    #[cfg(test)]
     pub(crate) fn block_of_pixel(&self, i: usize) -> usize {
         i / self.width / SIDE * self.columns + i % self.width / SIDE
     }

@@ -4,6 +4,7 @@ use super::job::{Clock, Output, RenderJob};
 use super::slices::Request;
 use super::{Backend, Renderer, canvas, finish, slice_count};
 use crate::picture::Picture;
+use crate::plan::Detail;
 use crate::proxy::{Domain, Stack};
 use crate::raster::{Finish, Observer};
 use crate::scene::{Blend, Scene, Slicing};
@@ -188,7 +189,11 @@ impl Renderer {
             let count = count(scene, |spacing| slice_count(spacing, domain.whole(), &view))?;
             let stack = Stack::new(domain.whole(), &view, scene.clip_planes(), count);
             let mut job = RenderJob { scene, view, clock: Clock::default(), observer: Owned(domain), output: Output::Layer };
-            r.requested(&mut job, Request { stack, terminate: 0.0, blocks: None, domain: Some(domain) }, &mut pixels)?;
+            r.requested(
+                &mut job,
+                Request { stack, terminate: 0.0, detail: Detail::Usual, blocks: None, domain: Some(domain) },
+                &mut pixels,
+            )?;
             Ok(pixels)
         })?;
         Ok(Layer::cropped(size, &pixels))

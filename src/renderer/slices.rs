@@ -5,7 +5,7 @@ use super::job::{FrameResult, Output, RenderJob};
 use super::{Renderer, tile_side};
 use crate::Result;
 use crate::lanes::SIDE;
-use crate::plan::{FramePlan, Subject};
+use crate::plan::{Detail, FramePlan, Subject};
 use crate::proxy::{Domain, Stack};
 use crate::raster::{BlockMask, Finish, Job, Observer, Resolve, Work, render_tiles};
 use crate::scene::{Scene, Slicing};
@@ -18,6 +18,8 @@ pub(super) struct Request<'r> {
     pub(super) stack: Stack,
     /// Transmittance at which pixels end.
     pub(super) terminate: f32,
+    /// How fine tables may be.
+    pub(super) detail: Detail,
     /// Blocks of the picture, all of them without a mask.
     pub(super) blocks: Option<&'r BlockMask>,
     /// Where the volume is a part of a larger one: which.
@@ -34,8 +36,19 @@ impl Renderer {
         blocks: Option<&BlockMask>,
         pixels: &mut [[f32; 4]],
     ) -> Result<FrameResult> {
+        self.detailed(job, (count, terminate, Detail::Usual), blocks, pixels)
+    }
+
+    /// As [`Renderer::frame`], with tables of a `detail`.
+    pub(super) fn detailed<O: Observer>(
+        &mut self,
+        job: &mut RenderJob<'_, O>,
+        (count, terminate, detail): (u64, f32, Detail),
+        blocks: Option<&BlockMask>,
+        pixels: &mut [[f32; 4]],
+    ) -> Result<FrameResult> {
         let stack = Stack::new(self.volume.grid(), &job.view, job.scene.clip_planes(), count);
-        self.requested(job, Request { stack, terminate, blocks, domain: None }, pixels)
+        self.requested(job, Request { stack, terminate, detail, blocks, domain: None }, pixels)
     }
 
     /// Fills `pixels` with what `request` asks for.
@@ -46,11 +59,12 @@ impl Renderer {
         pixels: &mut [[f32; 4]],
     ) -> Result<FrameResult> {
         let (scene, volume) = (job.scene, Arc::clone(&self.volume));
-        let Request { stack, terminate, blocks, domain } = request;
+        let Request { stack, terminate, detail, blocks, domain } = request;
         let lookups = (scene.method().filter, self.settings.limits.voxel_bytes);
         let data = self.cache.volume_data(&volume, lookups, domain, &mut job.clock)?;
         crate::lean::check(scene, data.bricks.non_finite)?;
-        let subject = Subject { scene, volume: &volume, data: &data, stack, terminate, level: self.level, observed: O::OBSERVES, domain };
+        let (level, observed) = (self.level, O::OBSERVES);
+        let subject = Subject { scene, volume: &volume, data: &data, stack, terminate, detail, level, observed, domain };
         let plan = FramePlan::new(subject, &mut self.cache.keeper(&volume, &data, &mut job.clock));
         let planned = plan.left_out.clone();
         let counters = match job.output {
@@ -101,6 +115,7 @@ impl Renderer {
             data,
             stack,
             terminate: scene.terminate(),
+            detail: Detail::Usual,
             level: self.level,
             observed: true,
             domain: None,

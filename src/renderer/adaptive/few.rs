@@ -69,3 +69,47 @@ pub(super) fn few(goal: Goal, pixels: &mut [[f32; 4]], frames: &mut Frames<'_>, 
     frames(Ask { count, blocks: None, kept: true, judge: false }, pixels)?;
     Ok(Some(Reached { error, levels: vec![(count, blocks)] }))
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+mod tests {
+    use super::*;
+
+    const SIZE: (usize, usize) = (20, 12);
+
+    fn run(tolerance: f64, error: impl Fn(u64, usize) -> f64) -> (f64, Reached) {
+        let mut pixels = vec![[0.0; 4]; SIZE.0 * SIZE.1];
+        let mut frames = |ask: Ask<'_>, pixels: &mut [[f32; 4]]| {
+            pixels.iter_mut().enumerate().for_each(|(i, p)| *p = [0.5 + error(ask.count, i) as f32; 4]);
+            Ok(())
+        };
+        let goal = Goal { tolerance, size: SIZE, first: 32, first_order: false };
+        let reached = few(goal, &mut pixels, &mut frames, &mut |_, _| Ok(None)).unwrap().unwrap();
+        let sum: f64 = pixels.iter().map(|p| f64::from(p[0] - 0.5).powi(2)).sum();
+        ((sum / pixels.len() as f64).sqrt(), reached)
+    }
+
+    #[test]
+    fn errors_end_below_the_tolerance_and_not_far_below() {
+        for order in [1, 2] {
+            for tolerance in [1e-2, 1e-3, 1e-4] {
+                let (error, reached) = run(tolerance, |n, i| (1.0 + (i % 5) as f64) * (n as f64).powi(-order));
+                assert!(error <= reached.error && reached.error <= tolerance, "order {order}: {error:.2e}, {reached:?}");
+                assert!(error > tolerance / 3.0 || reached.levels[0].0 == 32, "order {order}, {tolerance}: {error:.2e}, {reached:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn pictures_that_agree_by_chance_do_not_end_the_search() {
+        // Pictures of 32 and 64 slices miss the same detail.
+        let (error, reached) = run(1e-3, |n, _| if n < 100 { 0.1 } else { 0.05 / n as f64 });
+        assert!(error <= 1e-3 && reached.error <= 1e-3, "{error:.2e}, {reached:?}");
+    }
+
+    #[test]
+    fn a_tolerance_out_of_reach_is_told() {
+        let (error, reached) = run(1e-3, |n, i| if (n / 32 + i as u64).count_ones() % 2 == 0 { 0.1 } else { 0.2 });
+        assert!(reached.error > 1e-3 && error > 1e-3, "{error:.2e}, {reached:?}");
+    }
+}

@@ -7,7 +7,7 @@ pub(crate) mod search;
 use super::Renderer;
 use super::finish::OverBackground;
 use super::job::{FrameResult, RenderJob};
-use crate::plan::{Planned, Saving};
+use crate::plan::{Detail, Planned, Saving};
 use crate::proxy::Stack;
 use crate::raster::{BlockMask, Finish, Observer};
 use crate::scene::{Blend, Classification, MAX_SLICES, Method, Scene};
@@ -124,10 +124,9 @@ impl Renderer {
         let mut frames = |ask: Ask<'_>, pixels: &mut [[f32; 4]]| {
             let (renderer, job) = &mut *parts.borrow_mut();
             let terminate = if ask.judge { terminate * LATER } else { terminate };
-            struct Tell(std::time::Instant, u64, bool, bool); impl Drop for Tell { fn drop(&mut self) { if std::env::var("ZZ").is_ok() { eprintln!("ask {} kept {} all {}: {:.2} ms", self.1, self.2, self.3, self.0.elapsed().as_secs_f64() * 1e3) } } }
-            let _tell = Tell(std::time::Instant::now(), ask.count, ask.kept, ask.blocks.is_none());
+            let detail = if ask.judge { Detail::Finer } else { Detail::Usual };
             if ask.kept {
-                let part = renderer.frame(job, ask.count, terminate, ask.blocks, pixels)?;
+                let part = renderer.detailed(job, (ask.count, terminate, detail), ask.blocks, pixels)?;
                 match &mut done {
                     Some(done) => done.add(&part),
                     None => done = Some(part),
@@ -136,7 +135,7 @@ impl Renderer {
             }
             let clock = std::mem::take(&mut job.clock);
             let mut beside = RenderJob { scene: job.scene, view: job.view, clock, observer: (), output: job.output };
-            let part = renderer.frame(&mut beside, ask.count, terminate, ask.blocks, pixels);
+            let part = renderer.detailed(&mut beside, (ask.count, terminate, detail), ask.blocks, pixels);
             job.clock = beside.clock;
             cost(part?);
             Ok(())
