@@ -21,7 +21,7 @@ mod slices;
 #[cfg(test)]
 pub(crate) use finish::OverBackground;
 
-use crate::lanes::{Level, SIDE};
+use crate::lanes::Level;
 use crate::picture::Picture;
 use crate::proxy::Stack;
 use crate::raster::Observer;
@@ -238,13 +238,11 @@ impl Renderer {
 
     /// The scene's slices, as many as it says or as an error takes.
     fn draw_slices<O: Observer>(&mut self, job: &mut RenderJob<'_, O>, pixels: &mut [[f32; 4]]) -> Result<Drawn> {
-        let (width, height) = job.scene.size();
         let mut warnings = Vec::new();
         let (mut done, error_estimate) = match job.scene.slicing() {
             Slicing::Tolerance(tolerance) => {
                 let (done, error) = self.reach(job, tolerance, pixels)?;
-                let blocks = (width.div_ceil(SIDE as u32) * height.div_ceil(SIDE as u32)).into();
-                if let Some(why) = doubt(job.scene.blend(), blocks) {
+                if let Some(why) = doubt(job.scene.blend()) {
                     warnings.push(format!("tolerance {tolerance}: {why}, and the error may be several times the one estimated"));
                 }
                 if error > tolerance {
@@ -294,18 +292,12 @@ fn check_size(scene: &Scene, pixels: &[[f32; 4]]) -> Result<()> {
     Ok(())
 }
 
-/// Fewest blocks of a picture whose error can be told from their differences.
-const TELLING: u64 = 48;
-
-/// Why an error asked for may be missed, in a picture of so many blocks.
-fn doubt(blend: Blend, blocks: u64) -> Option<String> {
+/// Why an error asked for may be missed.
+fn doubt(blend: Blend) -> Option<&'static str> {
     match blend {
-        Blend::Iso { .. } | Blend::Surfaces => Some("with the blend iso a pixel jumps from one surface to another".into()),
-        Blend::Lmip { .. } => Some("with the blend lmip a pixel jumps from one surface to another".into()),
-        // Up to three times the estimate has been seen.
-        Blend::Add => Some("with the blend add no slice hides another's error".into()),
-        _ if blocks < TELLING => Some(format!("{blocks} blocks of {SIDE} x {SIDE} pixels are few to tell an error from")),
-        Blend::Over | Blend::Mip | Blend::Min | Blend::Average => None,
+        Blend::Iso { .. } | Blend::Surfaces => Some("with the blend iso a pixel jumps from one surface to another"),
+        Blend::Lmip { .. } => Some("with the blend lmip a pixel jumps from one surface to another"),
+        Blend::Add | Blend::Over | Blend::Mip | Blend::Min | Blend::Average => None,
     }
 }
 

@@ -77,22 +77,27 @@ impl<'a> Oracle<'a> {
             let middle = (0.5 * (entry + exit) - stack.near) / stack.spacing;
             covered.push((middle as u64).min(stack.count - 1));
         }
-        let (origin, direction) = stack.view.ray(x, y);
         let (first, last) = (covered.first().copied(), covered.last().copied());
+        let (_, direction) = stack.view.ray(x, y);
         let fragment = |&k: &u64| {
             let near = if Some(k) == first { entry } else { stack.near + k as f64 * stack.spacing };
             let far = if Some(k) == last { exit } else { stack.near + (k + 1) as f64 * stack.spacing };
-            let depth = stack.depth(k);
-            let world = origin + direction * depth;
-            let radial = self.scene.fog().is_some_and(|f| f.distance() == FogDistance::Radial);
-            Fragment {
-                depth,
-                index: self.volume.grid().world_to_index().transform_point3(world),
-                length: (far - near) * direction.length(),
-                distance: if radial { world.distance(stack.view.eye) } else { depth },
-            }
+            Fragment { length: (far - near) * direction.length(), ..self.piece((x, y), stack.depth(k), 0.0) }
         };
         covered.iter().map(fragment).collect()
+    }
+
+    /// The piece of the ray through a window position whose value is taken at `depth`, as long as a step in depth of `thickness`.
+    pub(crate) fn piece(&self, (x, y): (f64, f64), depth: f64, thickness: f64) -> Fragment {
+        let (origin, direction) = self.stack.view.ray(x, y);
+        let world = origin + direction * depth;
+        let radial = self.scene.fog().is_some_and(|f| f.distance() == FogDistance::Radial);
+        Fragment {
+            depth,
+            index: self.volume.grid().world_to_index().transform_point3(world),
+            length: thickness * direction.length(),
+            distance: if radial { world.distance(self.stack.view.eye) } else { depth },
+        }
     }
 
     /// Value at a fragment; NaN where its cell touches a voxel that is none.
@@ -129,7 +134,11 @@ impl<'a> Oracle<'a> {
 
     /// Premultiplied colour of a pixel over the background.
     pub(crate) fn pixel(&self, x: u32, y: u32) -> [f64; 4] {
-        let fragments = self.fragments(x, y);
+        self.blended(&self.fragments(x, y))
+    }
+
+    /// Premultiplied colour of pieces, nearest first, over the background.
+    pub(crate) fn blended(&self, fragments: &[Fragment]) -> [f64; 4] {
         let values: Vec<f64> = fragments.iter().map(|f| self.value(f.index)).filter(|v| v.is_finite()).collect();
         let shown = |value: Option<f64>| {
             value.map_or(([0.0; 3], 1.0), |v| {
@@ -164,7 +173,7 @@ impl<'a> Oracle<'a> {
                 let peak = values.windows(2).find(|w| w[0] >= threshold && w[1] < w[0]).map(|w| w[0]);
                 shown(peak.or_else(|| values.iter().copied().reduce(f64::max)))
             }
-            Blend::Iso { level } => match self.surface(&fragments, level) {
+            Blend::Iso { level } => match self.surface(fragments, level) {
                 Some(rgb) => (rgb, 0.0),
                 None => ([0.0; 3], 1.0),
             },

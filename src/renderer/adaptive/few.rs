@@ -14,6 +14,8 @@ const AIM: f64 = 0.85;
 const RESOLVED: u32 = 6;
 /// A share of the estimate before; one larger than that is no progress.
 const PROGRESS: f64 = 0.8;
+/// More slices than a power of the count says, so that rounding does not decide.
+const SLACK: f64 = 1.01;
 /// Slices saved, as a share, that are worth a picture in between.
 const WORTH: f64 = 0.93;
 
@@ -38,7 +40,7 @@ pub(super) fn few(goal: Goal, pixels: &mut [[f32; 4]], frames: &mut Frames<'_>, 
         let error = rms(&one, &four) + off;
         if error <= wanted {
             let Some(coarser) = before else { break (count, error) };
-            let less = libm::ceil(between(coarser, (count, error), wanted)) as u64;
+            let less = libm::ceil(SLACK * between(coarser, (count, error), wanted)) as u64;
             if less as f64 <= WORTH * count as f64 {
                 let error = rms(&look(less, false)?, &four) + off;
                 if error <= wanted {
@@ -94,7 +96,8 @@ mod tests {
         for order in [1, 2] {
             for tolerance in [1e-2, 1e-3, 1e-4] {
                 let (error, reached) = run(tolerance, |n, i| (1.0 + (i % 5) as f64) * (n as f64).powi(-order));
-                assert!(error <= reached.error && reached.error <= tolerance, "order {order}: {error:.2e}, {reached:?}");
+                // Of errors of the first order the whole is told, and f32 rounds it.
+                assert!(error <= 1.002 * reached.error && reached.error <= tolerance, "order {order}: {error:.2e}, {reached:?}");
                 assert!(error > tolerance / 3.0 || reached.levels[0].0 == 32, "order {order}, {tolerance}: {error:.2e}, {reached:?}");
             }
         }
@@ -109,7 +112,7 @@ mod tests {
 
     #[test]
     fn a_tolerance_out_of_reach_is_told() {
-        let (error, reached) = run(1e-3, |n, i| if (n / 32 + i as u64).count_ones() % 2 == 0 { 0.1 } else { 0.2 });
+        let (error, reached) = run(1e-3, |n, i| if (u64::from(n.trailing_zeros()) + i as u64) % 2 == 0 { 0.1 } else { 0.2 });
         assert!(reached.error > 1e-3 && error > 1e-3, "{error:.2e}, {reached:?}");
     }
 }
