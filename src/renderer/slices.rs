@@ -12,6 +12,9 @@ use crate::scene::{Scene, Slicing};
 use crate::tally::Counters;
 use std::sync::Arc;
 
+/// Least side of a tile where some of a picture's blocks are rendered.
+const MASKED: u32 = 64;
+
 /// What a frame is to hold.
 #[derive(Debug, Clone)]
 pub(super) struct Request<'r> {
@@ -89,6 +92,8 @@ impl Renderer {
             return Ok(Counters::default());
         }
         let side = self.settings.tile.unwrap_or_else(|| tile_side(plan.stack.view.width, plan.stack.view.height));
+        // Of some blocks a few large tiles: cutting the picture up must not take longer than rendering them.
+        let side = if blocks.is_some() && self.settings.tile.is_none() { side.max(MASKED) } else { side };
         // What becomes one depends on all of a block's pixels: no tile may cut one.
         let side = if plan.needs.merge { side.next_multiple_of(SIDE as u32) } else { side };
         let resolve = Resolve::new(job.scene, plan);

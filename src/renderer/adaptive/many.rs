@@ -48,7 +48,7 @@ const TWICE: u64 = 2;
 const SHY: f64 = 0.8;
 /// Part of the target, in squares, that more slices for the roughest blocks aim at; and how often they are tried.
 const WELL: f64 = 0.85;
-const TRIES: usize = 3;
+const TRIES: usize = 4;
 /// One block in so many is rendered first.
 const FIRST_PART: usize = 4;
 /// Part of the target, in squares, that the first part makes the others aim at.
@@ -83,10 +83,10 @@ struct Part {
     more: usize,
 }
 
-impl Part {
-    fn sum(&self) -> f64 {
-        self.rest + self.sure + self.finer
-    }
+/// Sum of squared errors of a picture's parts. What makes sure of each is no part of the others.
+fn total(parts: &[Part]) -> f64 {
+    let sure: f64 = parts.iter().map(|part| part.sure * part.sure).sum();
+    parts.iter().map(|part| part.rest + part.finer).sum::<f64>() + sure.sqrt()
 }
 
 /// Renders pictures to a goal.
@@ -196,7 +196,7 @@ pub(super) fn many(
     let mut parts = Vec::new();
     for _ in 0..ROUNDS {
         let part = search.part(Some(&first), count, JUDGES.0)?;
-        let sum = (part.rest + 0.5 * part.sure + part.finer) * FIRST_PART as f64;
+        let sum = (part.rest + part.finer) * FIRST_PART as f64;
         // Where nothing is seen, nothing is known.
         let next = if sum > 0.0 { more(sum, count) } else { count };
         let is_near = next as f64 <= NEAR * count as f64;
@@ -214,13 +214,14 @@ pub(super) fn many(
     parts.push(search.part(rest, count, JUDGES.1)?);
     let mut before = f64::INFINITY;
     for round in 0.. {
-        let mut error: f64 = parts.iter().map(Part::sum).sum();
+        let mut error = total(&parts);
         for _ in 0..TRIES {
-            let Some(part) = parts.last_mut().filter(|_| error > target && error <= LITTLE * target) else { break };
+            let worst = parts.iter_mut().max_by(|a, b| a.rest.total_cmp(&b.rest));
+            let Some(part) = worst.filter(|_| error > target && error <= LITTLE * target) else { break };
             if !search.roughest(part, error, target)? {
                 break;
             }
-            error = parts.iter().map(Part::sum).sum();
+            error = total(&parts);
         }
         let stalls = error > PROGRESS * before;
         before = error;
@@ -248,7 +249,8 @@ pub(super) fn many(
             levels.sort_unstable();
             return Ok(Some(Reached { error: goal.rms(error), levels }));
         }
-        count = more(error, count).max(count + count / 8);
+        let likely = 0.5 * (error + parts.iter().map(|part| part.rest + part.finer).sum::<f64>());
+        count = more(likely, count).max(count + count / 8);
         parts.clear();
         parts.push(search.part(None, count, JUDGES.1)?);
     }
