@@ -79,25 +79,25 @@ impl Random {
         let mut s = String::new();
         let size = self.one(&[2, 3, 5, 8, 12, 17, 24, 33, 48]);
         let phantom = self.one(&["marschner-lobb", "hydrogen", "shepp-logan", "distance-field", "cloud"]);
-        write!(s, "[volume]\nphantom = \"{phantom}\"\nsize = {size}\n").unwrap();
+        writeln!(s, "[volume]\nphantom = \"{phantom}\"\nsize = {size}").unwrap();
         let extent = f64::from(size);
         if self.chance(0.3) {
             let [x, y, z] = [0; 3].map(|_| self.within(0.3, 3.0));
-            write!(s, "spacing = [{x}, {y}, {z}]\n").unwrap();
+            writeln!(s, "spacing = [{x}, {y}, {z}]").unwrap();
         }
         s += "[camera]\n";
         if self.chance(0.5) {
-            write!(s, "projection = \"perspective\"\nfov_y = {}\n", self.within(10.0, 120.0)).unwrap();
+            writeln!(s, "projection = \"perspective\"\nfov_y = {}", self.within(10.0, 120.0)).unwrap();
         }
         let (azimuth, elevation) = (self.within(-300.0, 300.0), self.within(-90.0, 90.0));
         let (azimuth, elevation) = (self.one(&[0.0, 45.0, 90.0, azimuth, azimuth]), self.one(&[0.0, 90.0, elevation, elevation]));
-        write!(s, "azimuth = {azimuth}\nelevation = {elevation}\nzoom = {}\n", 10f64.powf(self.within(-0.3, 1.0))).unwrap();
+        writeln!(s, "azimuth = {azimuth}\nelevation = {elevation}\nzoom = {}", 10f64.powf(self.within(-0.3, 1.0))).unwrap();
         let blend = if self.chance(0.7) { "over" } else { self.one(&["add", "mip", "min", "average"]) };
         let sides: &[u32] = if blend == "over" { &[16, 24, 33, 48, 64, 96, 128, 200] } else { &[16, 24, 33, 48, 64] };
         let (width, height) = (self.one(sides), self.one(&[1, 16, 33, 48, 64]));
         let height = if self.chance(0.4) { width } else { height };
         let [r, g, b, a] = [0; 4].map(|_| self.share());
-        write!(s, "[image]\nwidth = {width}\nheight = {height}\nbackground = [{r}, {g}, {b}, {a}]\n[transfer]\n").unwrap();
+        writeln!(s, "[image]\nwidth = {width}\nheight = {height}\nbackground = [{r}, {g}, {b}, {a}]\n[transfer]").unwrap();
         if self.chance(0.3) {
             s += "colormap = \"viridis\"\nrange = [0, 1]\n";
         } else {
@@ -110,14 +110,14 @@ impl Random {
         if blend == "over" && self.chance(0.3) {
             writeln!(s, "classification = \"{}\"", self.one(&["post", "pre-integrated", "second-order"])).unwrap();
         }
-        write!(s, "[slices]\ntolerance = {}\n[render]\nblend = \"{blend}\"\n", self.one(&[0.01, 0.004, 0.003, 0.002, 0.001, 0.0003]))
+        writeln!(s, "[slices]\ntolerance = {}\n[render]\nblend = \"{blend}\"", self.one(&[0.01, 0.004, 0.003, 0.002, 0.001, 0.0003]))
             .unwrap();
         if self.chance(0.25) {
             let [x, y, z] = [0; 3].map(|_| self.within(-1.0, 1.0));
-            write!(s, "[[clip]]\nnormal = [{x}, {y}, {z}]\noffset = {}\n", self.within(-0.8, 0.3) * extent).unwrap();
+            writeln!(s, "[[clip]]\nnormal = [{x}, {y}, {z}]\noffset = {}", self.within(-0.8, 0.3) * extent).unwrap();
             if self.chance(0.4) {
                 // A thin slab of the volume.
-                write!(s, "[[clip]]\nnormal = [{}, {}, {}]\noffset = {}\n", -x, -y, -z, self.within(-0.5, 0.5)).unwrap();
+                writeln!(s, "[[clip]]\nnormal = [{}, {}, {}]\noffset = {}", -x, -y, -z, self.within(-0.5, 0.5)).unwrap();
             }
         }
         if self.chance(0.25) {
@@ -125,7 +125,7 @@ impl Random {
             let end = start + self.within(0.1, 3.0) * extent;
             let mode = self.one(&["linear", "exp", "exp2"]);
             let numbers = if mode == "linear" { format!("start = {start}\nend = {end}") } else { format!("density = {density}") };
-            write!(s, "[fog]\nmode = \"{mode}\"\n{numbers}\ncolor = [{}, {}, {}]\n", self.share(), self.share(), self.share()).unwrap();
+            writeln!(s, "[fog]\nmode = \"{mode}\"\n{numbers}\ncolor = [{}, {}, {}]", self.share(), self.share(), self.share()).unwrap();
         }
         s
     }

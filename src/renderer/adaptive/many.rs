@@ -377,7 +377,7 @@ mod tests {
 
     /// A picture whose errors are weight(block) * N^-order and whose roughness is rough(block): the true error, what was told of it, and the slices
     /// taken, per pixel, over those of the picture alone.
-    fn run(tolerance: f64, order: i32, weight: impl Fn(usize) -> f64, rough: impl Fn(usize) -> f32) -> (f64, Reached, f64) {
+    fn run(tolerance: f64, order: u32, weight: impl Fn(usize) -> f64, rough: impl Fn(usize) -> f32) -> (f64, Reached, f64) {
         let mask = BlockMask::none(SIZE.0, SIZE.1);
         let (mut pixels, mut scratch) = (vec![[0.0; 4]; SIZE.0 * SIZE.1], vec![[0.0; 4]; SIZE.0 * SIZE.1]);
         let mut work = 0;
@@ -386,7 +386,7 @@ mod tests {
             for (i, p) in pixels.iter_mut().enumerate() {
                 if ask.blocks.is_none_or(|m| m.takes(i % SIZE.0 / SIDE, i / SIZE.0 / SIDE)) {
                     work += ask.count;
-                    let error = weight(mask.block_of_pixel(i)) * (ask.count as f64).powi(-order);
+                    let error = weight(mask.block_of_pixel(i)) * libm::pow(ask.count as f64, -f64::from(order));
                     // Uneven within a block.
                     *p = [exact(i) + (error * (0.5 + (i % 5) as f64 / 4.0)) as f32; 4];
                 }
@@ -395,7 +395,7 @@ mod tests {
         };
         let goal = Goal { tolerance, size: SIZE, first: 64, first_order: order == 1 };
         let reached = many(goal, [0.0; 4], (&mut pixels, &mut scratch), &mut frames, &mut |_, _| Ok(None)).unwrap().unwrap();
-        let sum: f64 = pixels.iter().enumerate().map(|(i, p)| f64::from(p[0] - exact(i)).powi(2)).sum();
+        let sum: f64 = pixels.iter().enumerate().map(|(i, p)| f64::from(p[0] - exact(i))).map(|d| d * d).sum();
         let alone: u64 = reached.levels.iter().map(|&(count, blocks)| count * blocks as u64 * 64).sum();
         ((sum / pixels.len() as f64).sqrt(), reached, work as f64 / alone as f64)
     }
@@ -441,7 +441,7 @@ mod tests {
     #[test]
     fn blocks_that_judge_stand_for_the_others() {
         let all = Picked::new(SIZE, (0..1280).collect());
-        let roughness: Vec<f64> = (0..1280u32).map(|b| f64::from((b * 7919) % 1280).powi(2)).collect();
+        let roughness: Vec<f64> = (0..1280u32).map(|b| f64::from((b * 7919) % 1280)).map(|x| x * x).collect();
         let judged = Judged::new(&all, &roughness, 40);
         assert!((35..=45).contains(&judged.chances.len()), "{}", judged.chances.len());
         // Errors in proportion to the roughness, and others with nothing to do with it.
