@@ -2,7 +2,7 @@
 """Rules of the source that no compiler checks. Prints every breach as file:line, exit status 1 when there is one.
 
 Among them: a room (a folder or file of src/) uses no other rooms than the table in ARCHITECTURE.md allows it, and only such as stand above
-it there, so that no two rooms use each other.
+it there, so that no two rooms use each other. And docs/promises.md names, for each promise, tests and checks that exist.
 
 usage: house.py [ROOT]            (default: the directory above this file's)
 """
@@ -273,9 +273,84 @@ def check_imports(root, sources):
     return len(faults)
 
 
+# ---- promises ----------------------------------------------------------------------------------------------------------
+
+PROMISES = "docs/promises.md"
+# What holds a promise: `tests/a.rs: one_test, another` or `.ci/a.py`.
+HOLDER = re.compile(r"`((?:tests|src|benches|examples|\.ci)/[^`]*)`")
+TEST = re.compile(r"#\[test\]\s*((?:#\[[^\n]*\]\s*)*)(?:pub(?:\([a-z]+\))? )?fn (\w+)")
+
+
+def tests_of(code):
+    """Names of the tests that `cargo test` runs; those to be ignored are none of them."""
+    return {name for attributes, name in TEST.findall(code_only(code)) if "ignore" not in attributes}
+
+
+def promise_faults(text, read):
+    """Every (line number, what is wrong) of the page of promises; `read` gives the text of a file, None where there is none."""
+    faults, held = [], 0
+    lines = text.splitlines()
+    for number, line in enumerate(lines, 1):
+        holders = HOLDER.findall(line)
+        held += len(holders)
+        for holder in holders:
+            path, _, names = holder.partition(": ")
+            code = read(path)
+            if code is None:
+                faults.append((number, f"there is no file {path}"))
+            elif rust(path):
+                known = tests_of(code)
+                faults += [(number, f"{path} has no test `{name}` that runs") for name in names.split(", ") if name not in known]
+            elif names or not path.startswith(".ci/"):
+                faults.append((number, f"`{holder}` is neither a test nor a check"))
+        heads = number < len(lines) and lines[number].startswith("|--")
+        if line.startswith("|") and not line.startswith("|--") and not heads and not holders:
+            faults.append((number, "a promise without a test or a check"))
+    return faults if held else [*faults, (1, "no test is named at all")]
+
+
+def test_promises():
+    files = {
+        "tests/a.rs": "#[test]\nfn one() {}\n#[test]\n#[ignore = \"slow\"]\nfn two() {}\nfn three() {}\n// #[test]\nfn four() {}",
+        ".ci/a.py": "",
+    }
+    head = "| promise | held by |\n|---|---|\n"
+    for text, want in [
+        (head + "| a | `tests/a.rs: one`; `.ci/a.py` |", []),
+        ("Held by `tests/a.rs: one, one`.", []),
+        (head + "| a | nothing |\n| b | `tests/a.rs: one` |", [3]),
+        ("`tests/a.rs: one, five`, `tests/a.rs: one`", [1]),
+        ("`tests/a.rs: two`", [1]),
+        ("`tests/a.rs: three`\n`tests/a.rs: four`", [1, 2]),
+        ("`tests/a.rs`", [1]),
+        ("`tests/a.rs:one`", [1]),
+        ("`tests/b.rs: one`", [1]),
+        ("`.ci/b.py`", [1]),
+        ("`.ci/a.py: one`", [1]),
+        ("one", [1]),
+    ]:
+        got = promise_faults(text, files.get)
+        if [number for number, _ in got] != want:
+            sys.exit(f"house.py: promises {text!r}: {got}, not at lines {want}")
+
+
+def check_promises(root):
+    """Prints every promise whose test or check does not exist; their number."""
+
+    def read(path):
+        return (root / path).read_text(encoding="utf-8") if (root / path).is_file() else None
+
+    text = read(PROMISES)
+    faults = promise_faults(text, read) if text is not None else [(1, "there is no such page")]
+    for number, fault in faults:
+        print(f"{PROMISES}:{number}: {fault}")
+    return len(faults)
+
+
 def main():
     self_test()
     test_imports()
+    test_promises()
     root = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).resolve().parent.parent)
     tracked = subprocess.run(["git", "-C", root, "ls-files", "-z"], check=True, capture_output=True, text=True).stdout
     wanted = (".rs", ".toml", ".md", ".html", ".js", ".css", ".py", ".json")
@@ -291,6 +366,7 @@ def main():
             print(f"{path}:{number}: {name} ({hint}): {line[:120]}")
             count += 1
     count += check_imports(root, sources)
+    count += check_promises(root)
     print(f"{len(paths)} files read, {len(sources)} of them Rust: {count} breaches")
     sys.exit(1 if count else 0)
 

@@ -78,7 +78,8 @@ pub enum Slicing {
     Count(u64),
     /// Slices this far apart at most, world units.
     Spacing(f64),
-    /// As many as it takes to keep the RMS error of the colours below this.
+    /// As many as it takes to keep the RMS error of the colours below this, as pictures of more slices tell it; a warning says where it is out of
+    /// reach.
     Tolerance(f64),
 }
 
