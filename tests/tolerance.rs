@@ -105,18 +105,27 @@ fn where_the_estimate_is_no_bound_it_is_said() {
 }
 
 #[test]
-fn refinement_does_not_depend_on_how_it_runs() {
+fn a_tolerance_does_not_depend_on_how_it_runs() {
     let volume = Phantom::DistanceField.volume(SIZE).unwrap();
-    let scene = scene(Phantom::DistanceField, 5e-4);
-    let run = |threads: usize, tile: u32, level: Level| {
-        let settings = Settings::new().threads(threads).tile(tile).level(level);
-        let (picture, stats) = Renderer::new(&volume, settings).render(&scene).unwrap();
-        (picture.sha256(), stats.slices, stats.error_estimate)
-    };
-    let want = run(1, 64, Level::SCALAR);
-    for level in Level::available() {
-        for (threads, tile) in [(1, 8), (2, 13), (3, 16), (8, 1)] {
-            assert_eq!(run(threads, tile, level), want, "{threads} threads, tiles of {tile}, {}", level.name());
+    // Compared whole, and by blocks that judge.
+    for (width, height, tolerance) in [(72, 60, 5e-4), (260, 208, 2e-3)] {
+        let scene = scene(Phantom::DistanceField, tolerance).with_size(width, height).unwrap();
+        let run = |threads: usize, tile: Option<u32>, level: Level| {
+            let settings = Settings::new().threads(threads).level(level);
+            let settings = tile.map_or(settings.clone(), |tile| settings.tile(tile));
+            let (picture, stats) = Renderer::new(&volume, settings).render(&scene).unwrap();
+            (picture.sha256(), stats.slices, stats.error_estimate)
+        };
+        let want = run(1, Some(64), Level::SCALAR);
+        for level in Level::available() {
+            for (threads, tile) in [(1, Some(8)), (2, Some(13)), (3, Some(16)), (8, Some(1)), (2, None)] {
+                assert_eq!(run(threads, tile, level), want, "{width} x {height}, {threads} threads, tiles of {tile:?}, {}", level.name());
+            }
         }
+        // Nor on what was rendered before.
+        let mut renderer = Renderer::new(&volume, Settings::default());
+        renderer.render(&scene.clone().with_slices(Slicing::Tolerance(0.02)).unwrap()).unwrap();
+        let (picture, stats) = renderer.render(&scene).unwrap();
+        assert_eq!((picture.sha256(), stats.slices, stats.error_estimate), want);
     }
 }

@@ -336,4 +336,44 @@ mod tests {
         let below = ValueTable::new(&transfer, (-30.0, -20.0), ONE);
         assert_eq!(below.table(&transfer, ONE).entries()[0][3], 0.3f32);
     }
+
+    #[test]
+    fn a_peak_of_opacity_1_has_the_mean_of_its_intervals() {
+        // Knots on entries: 0, 250, 1000.
+        let peak = gray(vec![(0.0, 0.0), (250.0, 1.0), (1000.0, 0.2)]);
+        for ratio in [1.0, 0.3, 1e-2, 1e-4] {
+            let slab = Slab { ratio, ..ONE };
+            let layout = ValueTable::new(&peak, (0.0, 1000.0), slab);
+            let table = layout.table(&peak, slab);
+            let i = (250.0 / 1000.0 * layout.last() as f64).round() as usize;
+            let width = 1000.0 / layout.last() as f64;
+            let found = |value: f64| {
+                let x = value / width;
+                let (a, b) = (table.entries()[x as usize][3], table.entries()[x as usize + 1][3]);
+                f64::from(a) + f64::from(b - a) * x.fract()
+            };
+            // Finely where extinction is infinite: by the square root of the distance.
+            let mean = |of: &dyn Fn(f64) -> f64| {
+                let n = 200_000;
+                let part = |side: f64| {
+                    let at = |k: i32| (f64::from(k) + 0.5) / f64::from(n);
+                    (0..n).map(|k| of(250.0 + side * width * at(k) * at(k)) * 2.0 * at(k)).sum::<f64>() / f64::from(n)
+                };
+                part(1.0) + part(-1.0)
+            };
+            let exact = mean(&|value| color(&peak, value, slab)[3]);
+            let got = mean(&found);
+            assert!((got - exact).abs() <= 1e-5 * exact, "{ratio}: {got} of {exact}");
+            // Values of voxels keep the wall.
+            assert_eq!(layout.clone().of_voxels().table(&peak, slab).entries()[i][3], 1.0);
+            assert!(ratio == 1.0 || table.entries()[i][3] < 1.0);
+        }
+        // A plateau is a wall, and so is the last point.
+        for walls in [vec![(0.0, 0.0), (250.0, 1.0), (500.0, 1.0), (1000.0, 0.2)], vec![(0.0, 0.0), (1000.0, 1.0)]] {
+            let walls = gray(walls);
+            let slab = Slab { ratio: 1e-3, ..ONE };
+            let layout = ValueTable::new(&walls, (0.0, 1000.0), slab);
+            assert!(layout.table(&walls, slab).entries().iter().any(|e| e[3] == 1.0));
+        }
+    }
 }

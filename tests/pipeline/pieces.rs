@@ -123,3 +123,22 @@ fn pieces_of_a_ramp_add_up_to_their_slab() {
         assert!(seen > 40, "{seen}");
     }
 }
+
+#[test]
+fn a_field_that_passes_an_opacity_of_1_is_no_wall() {
+    // A ramp along z through a peak; the more slices, the more of them lie next to it.
+    let values: Vec<f32> = (0..SIDE * SIDE * SIDE).map(|i| (i / (SIDE * SIDE)) as f32).collect();
+    let grid = Grid::with_spacing([SIDE; 3], [1.0; 3]).unwrap();
+    let volume = Volume::new(grid, Voxels::F32(values.into())).unwrap();
+    let transfer =
+        TransferFunction::new(vec![(0.0, COLOR)], vec![(7.0, 0.0), (8.0, 1.0), (9.0, 0.0)]).and_then(|t| t.with_unit(4.0)).unwrap();
+    let scene = Scene::new(transfer).with_size(4, 4).unwrap();
+    let truth = slicestack::reference::image(&scene, &volume, slicestack::reference::Region::whole(&scene)).unwrap();
+    let want = truth.pixels()[5][3];
+    assert!(want < 0.8, "{want}");
+    for count in [256, 4096, 65536] {
+        let (picture, _) = render(&volume, &scene.clone().with_slices(Slicing::Count(count)).unwrap());
+        let got = f64::from(picture.pixel(1, 1)[3]);
+        assert!((got - want).abs() < 2e-3, "{count} slices: {got} of {want}");
+    }
+}
