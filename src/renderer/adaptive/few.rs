@@ -1,8 +1,8 @@
-//! A tolerance for pictures of few blocks: whole pictures are held against one of four times as many slices.
+//! A tolerance for pictures of few blocks: whole pictures are held against finer ones.
 //!
-//! With the pictures P(n) of n slices, the error of P(n) is taken to be at most |P(n) - P(4n)| + |P(4n) - P(2n)|: what the finer picture has
-//! of it, and what that picture may be off itself, were its error to fall with the slices' number only. Two pictures of similar counts
-//! can miss the same detail, and in few pixels agree by chance; three of them, over a factor of four, hardly do.
+//! With the pictures P(n) of n slices, the error of P(n) is taken to be |P(n) - P(4n)| + |P(4n) - P(2n)| at first: what the finer picture tells
+//! of it, and what that picture may be off itself, were its error to fall with the slices' number only. Pictures of similar counts
+//! can miss the same detail, and in few pixels agree by chance, so a picture of 8 or 16 times as many slices has the last word.
 
 use super::search::{Ask, Frames, Goal, MOST, Other, Reached, between, is_better, squared};
 use crate::Result;
@@ -10,6 +10,15 @@ use crate::raster::BlockMask;
 
 /// Part of the tolerance aimed at: in few pixels chance plays a part.
 const AIM: f64 = 0.85;
+/// Blocks of a picture so small that chance plays a large part in it.
+const VERY_FEW: usize = 100;
+/// How many times their slices the picture has that few blocks, or very few, are held against at last.
+const MANY_TIMES: (u64, u64) = (8, 16);
+/// And where they are all the same.
+const UNSEEN: u64 = 128;
+/// What is taken for its error, as a share of its difference to the picture of four times the slices: a third and more, were errors to fall with the
+/// slices' number only.
+const REST: f64 = 0.5;
 /// Doublings beyond the first count from which an estimate that does not fall any more ends the search.
 const RESOLVED: u32 = 6;
 /// A share of the estimate before; one larger than that is no progress.
@@ -29,6 +38,7 @@ pub(super) fn few(goal: Goal, pixels: &mut [[f32; 4]], frames: &mut Frames<'_>, 
         Ok(made)
     };
     let rms = |a: &[[f32; 4]], b: &[[f32; 4]]| goal.rms(squared(a, b));
+    let times = if blocks <= VERY_FEW { MANY_TIMES.1 } else { MANY_TIMES.0 };
     let mut count = goal.first;
     // Of so many slices, twice, and four times as many.
     let (mut one, mut two) = (look(count, false)?, look(2 * count, true)?);
@@ -37,21 +47,34 @@ pub(super) fn few(goal: Goal, pixels: &mut [[f32; 4]], frames: &mut Frames<'_>, 
     let (count, error) = loop {
         let four = look(4 * count, true)?;
         let off = rms(&four, &two);
-        let error = rms(&one, &four) + off;
+        let mut error = rms(&one, &four) + off;
         if error <= wanted {
-            let Some(coarser) = before else { break (count, error) };
-            let less = libm::ceil(SLACK * between(coarser, (count, error), wanted)) as u64;
-            if less as f64 <= WORTH * count as f64 {
-                let error = rms(&look(less, false)?, &four) + off;
-                if error <= wanted {
-                    break (less, error);
-                }
+            // Much finer pictures have the last word.
+            let mut judge = look((times * count).min(MOST), true)?;
+            let mut off = rms(&judge, &four) * REST;
+            error = rms(&one, &judge) + off;
+            if error == 0.0 {
+                // All the same: something thin may have been missed by all.
+                judge = look((UNSEEN * count).min(MOST), true)?;
+                off = rms(&judge, &four) * REST;
+                error = rms(&one, &judge) + off;
             }
-            break (count, error);
+            if error <= wanted {
+                let Some(coarser) = before else { break (count, error) };
+                let less = libm::ceil(SLACK * between(coarser, (count, error), wanted)) as u64;
+                if less as f64 <= WORTH * count as f64 {
+                    let error = rms(&look(less, false)?, &judge) + off;
+                    if error <= wanted {
+                        break (less, error);
+                    }
+                }
+                break (count, error);
+            }
         }
         stalled = if round > RESOLVED && before.is_some_and(|(_, e)| error > PROGRESS * e) { stalled + 1 } else { 0 };
         if stalled > 1 || 8 * count > MOST {
-            break (count, error);
+            // A series that does not fall as it should tells little of its limit.
+            break (count, 2.0 * error);
         }
         if round == 2 {
             let mut all = BlockMask::none(goal.size.0, goal.size.1);
@@ -69,7 +92,8 @@ pub(super) fn few(goal: Goal, pixels: &mut [[f32; 4]], frames: &mut Frames<'_>, 
         (one, two) = (look(count, false)?, four);
     };
     frames(Ask { count, blocks: None, kept: true, judge: false }, pixels)?;
-    Ok(Some(Reached { error, levels: vec![(count, blocks)] }))
+    // What the aim leaves is for what the estimate may be off.
+    Ok(Some(Reached { error: error / AIM, levels: vec![(count, blocks)] }))
 }
 
 #[cfg(test)]

@@ -247,7 +247,7 @@ pub(super) fn many(
             }
             levels.retain(|l| l.1 > 0);
             levels.sort_unstable();
-            return Ok(Some(Reached { error: goal.rms(error), levels }));
+            return Ok(Some(Reached { error: goal.rms(error) / AIM, levels }));
         }
         let likely = 0.5 * (error + parts.iter().map(|part| part.rest + part.finer).sum::<f64>());
         count = more(likely, count).max(count + count / 8);
