@@ -55,6 +55,11 @@ pub struct Distance {
 }
 
 impl Bounded {
+    /// Whether the scene's tolerance is proven to be missed by these pixels, as they are rendered.
+    pub fn is_missed(&self) -> bool {
+        self.tolerance.is_some_and(|tolerance| self.rendered.rms[0] > tolerance)
+    }
+
     /// What is proven, one line each.
     pub fn lines(&self) -> Vec<String> {
         let told = |d: &Distance| {

@@ -10,10 +10,10 @@ use crate::raster::BlockMask;
 
 /// Part of the tolerance aimed at: in few pixels chance plays a part.
 const AIM: f64 = 0.85;
-/// Blocks of a picture so small that chance plays a large part in it.
-const VERY_FEW: usize = 100;
-/// How many times their slices the picture has that few blocks, or very few, are held against at last.
-const MANY_TIMES: (u64, u64) = (8, 16);
+/// How many times their slices the picture has that so many blocks at most are held against at last: the fewer there are, the larger a part
+/// chance plays. And what more blocks are held against.
+const FINER: [(usize, u64); 2] = [(8, 64), (100, 16)];
+const LEAST: u64 = 8;
 /// And where they are all the same.
 const UNSEEN: u64 = 128;
 /// What is taken for its error, as a share of its difference to the picture of four times the slices: a third and more, were errors to fall with the
@@ -28,8 +28,15 @@ const SLACK: f64 = 1.01;
 /// Slices saved, as a share, that are worth a picture in between.
 const WORTH: f64 = 0.93;
 
-/// Finds the slices that `goal` takes, and renders the picture; `None` to begin again with another method.
-pub(super) fn few(goal: Goal, pixels: &mut [[f32; 4]], frames: &mut Frames<'_>, other: &mut Other<'_>) -> Result<Option<Reached>> {
+/// Finds the slices that `goal` takes, and renders the picture, of which about so many blocks may show anything; `None` to begin again with
+/// another method.
+pub(super) fn few(
+    goal: Goal,
+    shown: usize,
+    pixels: &mut [[f32; 4]],
+    frames: &mut Frames<'_>,
+    other: &mut Other<'_>,
+) -> Result<Option<Reached>> {
     let blocks = BlockMask::none(goal.size.0, goal.size.1).len();
     let wanted = AIM * goal.tolerance;
     let mut look = |count: u64, judge: bool| -> Result<Vec<[f32; 4]>> {
@@ -38,7 +45,7 @@ pub(super) fn few(goal: Goal, pixels: &mut [[f32; 4]], frames: &mut Frames<'_>, 
         Ok(made)
     };
     let rms = |a: &[[f32; 4]], b: &[[f32; 4]]| goal.rms(squared(a, b));
-    let times = if blocks <= VERY_FEW { MANY_TIMES.1 } else { MANY_TIMES.0 };
+    let times = FINER.iter().find(|f| shown <= f.0).map_or(LEAST, |f| f.1);
     let mut count = goal.first;
     // Of so many slices, twice, and four times as many.
     let (mut one, mut two) = (look(count, false)?, look(2 * count, true)?);
@@ -110,7 +117,7 @@ mod tests {
             Ok(())
         };
         let goal = Goal { tolerance, size: SIZE, first: 32, first_order: false };
-        let reached = few(goal, &mut pixels, &mut frames, &mut |_, _| Ok(None)).unwrap().unwrap();
+        let reached = few(goal, 6, &mut pixels, &mut frames, &mut |_, _| Ok(None)).unwrap().unwrap();
         let sum: f64 = pixels.iter().map(|p| f64::from(p[0] - 0.5)).map(|d| d * d).sum();
         ((sum / pixels.len() as f64).sqrt(), reached)
     }

@@ -11,6 +11,7 @@
 //! thin things cross. Blocks taken with a probability that grows with their roughness tell the sum best (Hansen, Hurwitz 1943; Horvitz,
 //! Thompson 1952): each stands for 1 / probability blocks like it.
 
+use super::few::few;
 use super::search::{AIM, Ask, Frames, Goal, MOST, Other, Picked, Reached, between, is_better};
 use crate::Result;
 use crate::raster::BlockMask;
@@ -24,6 +25,8 @@ const PILOT_AIM: f64 = 0.75;
 const PILOT_FACTOR: f64 = 1.1;
 /// Order of errors between the first and the second, as they are found on real data.
 const USUAL: f64 = 1.6;
+/// Order at which the errors of blocks that got more slices are taken to have fallen: steps and spikes make it low.
+const SLOW: f64 = 0.75;
 /// How many times an error may be too large for the slices that it takes to be told from it by that order.
 const FAR: f64 = 6.0;
 /// Fewest slices, and the least share of the first count: thicker slabs are hit and miss.
@@ -37,7 +40,7 @@ const JUDGES: (usize, usize) = (20, 40);
 /// The least weight of a block that shows anything, as a share of the mean.
 const FLOOR: f64 = 0.4;
 /// Standard errors of a sum added to it.
-const SURE: f64 = 1.5;
+const SURE: f64 = 2.0;
 /// Largest estimate over what is wanted, in squares, at which the worst blocks alone get more slices.
 const LITTLE: f64 = 4.0;
 /// The largest share of blocks that get more slices alone.
@@ -55,6 +58,8 @@ const FIRST_PART: usize = 4;
 const MAIN_AIM: f64 = 0.5;
 /// How many times their own slices the first blocks may want and stay as they are.
 const NEAR: f64 = 1.25;
+/// Blocks that show anything up to which the picture is compared whole.
+const SMALL: usize = 240;
 /// Most pictures.
 const ROUNDS: u32 = 8;
 /// A share of the estimate before, in squares; one larger than that ends the search.
@@ -102,7 +107,7 @@ struct Search<'s, 'f> {
 impl Search<'_, '_> {
     /// The share of their squared errors that blocks have left in so many times the slices, at most.
     fn left(&self, times: f64) -> f64 {
-        libm::pow(times, -2.0 * self.order.min(USUAL))
+        libm::pow(times, -2.0 * SLOW)
     }
 
     /// Renders `blocks` (all of them without a mask) in `count` slices, and lets some of them judge.
@@ -196,6 +201,10 @@ pub(super) fn many(
     let mut parts = Vec::new();
     for _ in 0..ROUNDS {
         let part = search.part(Some(&first), count, JUDGES.0)?;
+        if part.shown.blocks.len() * FIRST_PART <= SMALL {
+            // Judges would be most of what shows.
+            return few(goal, SMALL, search.pixels, search.frames, other);
+        }
         let sum = (part.rest + part.finer) * FIRST_PART as f64;
         // Where nothing is seen, nothing is known.
         let next = if sum > 0.0 { more(sum, count) } else { count };

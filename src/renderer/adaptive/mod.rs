@@ -157,8 +157,9 @@ impl Renderer {
             frames?.into_iter().for_each(&cost);
             Ok(Some(search::squared(&coarse, &fine)))
         };
-        let reached = if BlockMask::none(size.0, size.1).len() <= FEW {
-            few::few(goal, pixels, &mut frames, &mut worth)?
+        let blocks = BlockMask::none(size.0, size.1).len();
+        let reached = if blocks <= FEW {
+            few::few(goal, blocks, pixels, &mut frames, &mut worth)?
         } else {
             scratch.resize(pixels.len(), [0.0; 4]);
             many::many(goal, nothing, (pixels, &mut scratch), &mut frames, &mut worth)?
