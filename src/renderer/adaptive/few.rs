@@ -2,7 +2,7 @@
 //!
 //! With the pictures P(n) of n slices, the error of P(n) is taken to be |P(n) - P(4n)| + |P(4n) - P(2n)| at first: what the finer picture tells
 //! of it, and what that picture may be off itself, were its error to fall with the slices' number only. Pictures of similar counts
-//! can miss the same detail, and in few pixels agree by chance, so a picture of 8 or 16 times as many slices has the last word.
+//! can miss the same detail, and in few pixels agree by chance, so a picture of 8 to 128 times as many slices has the last word.
 
 use super::search::{Ask, Frames, Goal, MOST, Other, Reached, between, is_better, squared};
 use crate::Result;

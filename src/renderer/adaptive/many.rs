@@ -71,6 +71,11 @@ fn over(times: f64, order: f64) -> f64 {
     1.0 / (rest * rest)
 }
 
+/// The share of their squared errors that blocks have left in so many times the slices, at most.
+fn left_in(times: f64) -> f64 {
+    libm::pow(times, -2.0 * SLOW)
+}
+
 /// A part of the picture in so many slices.
 struct Part {
     count: u64,
@@ -105,11 +110,6 @@ struct Search<'s, 'f> {
 }
 
 impl Search<'_, '_> {
-    /// The share of their squared errors that blocks have left in so many times the slices, at most.
-    fn left(&self, times: f64) -> f64 {
-        libm::pow(times, -2.0 * SLOW)
-    }
-
     /// Renders `blocks` (all of them without a mask) in `count` slices, and lets some of them judge.
     fn part(&mut self, blocks: Option<&Picked>, count: u64, judges: usize) -> Result<Part> {
         (self.frames)(Ask { count, blocks: blocks.map(|b| &b.mask), kept: true, judge: false }, self.pixels)?;
@@ -126,7 +126,7 @@ impl Search<'_, '_> {
         let factor = over(FINE as f64, self.order);
         errors.iter_mut().for_each(|e| *e *= factor);
         let (rest, sure) = judged.rest(&errors);
-        let finer = errors.iter().sum::<f64>() * self.left(FINE as f64);
+        let finer = errors.iter().sum::<f64>() * left_in(FINE as f64);
         Ok(Part { count, shown, roughness, judged, rest, sure, finer, more: 0 })
     }
 
@@ -144,7 +144,7 @@ impl Search<'_, '_> {
     /// Renders the roughest blocks of `part` in more slices, where that is expected to bring `error` below `target`: whether it was.
     fn roughest(&mut self, part: &mut Part, error: f64, target: f64) -> Result<bool> {
         let times = TWICE as f64;
-        let left = self.left(times);
+        let left = left_in(times);
         let mut others = part.judged.others(&part.shown, &part.roughness);
         others.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         let others = &others[part.more.min(others.len())..];
@@ -256,6 +256,8 @@ pub(super) fn many(
             }
             levels.retain(|l| l.1 > 0);
             levels.sort_unstable();
+            // A series that does not fall as it should tells little of its limit: twice the error, in squares.
+            let error = if error > target { 4.0 * error } else { error };
             return Ok(Some(Reached { error: goal.rms(error) / AIM, levels }));
         }
         let likely = 0.5 * (error + parts.iter().map(|part| part.rest + part.finer).sum::<f64>());
