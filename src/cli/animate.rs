@@ -2,7 +2,7 @@
 
 use super::movie::{Movie, MovieArgs};
 use super::progress::catch_signals;
-use super::scene::SceneArgs;
+use super::scene::{SceneArgs, load};
 use super::{Usage, complain};
 use anyhow::{Result, anyhow, bail};
 use slicestack::picture::MAX_FRAMES;
@@ -75,7 +75,7 @@ pub(super) fn run(args: &AnimateArgs) -> Result<()> {
     }
     let first = open(0.0)?;
     movie.spare(first.volume().path())?;
-    let volume = first.volume().load(movie.limits())?;
+    let volume = load(first.volume(), movie.limits())?;
     let mut scenes = Vec::with_capacity(steps as usize + 1);
     for n in 0..=steps {
         let found = open(f64::from(n) / f64::from(args.movie.fps))?.resolve(&volume)?;

@@ -2,7 +2,7 @@
 
 use super::output::{Sink, is_record};
 use super::progress::{Bar, Phase, catch_signals, enter, rendered};
-use super::scene::SceneArgs;
+use super::scene::{SceneArgs, load};
 use super::{Usage, complain};
 use anyhow::{Context, Result, bail};
 use slicestack::Settings;
@@ -77,7 +77,7 @@ pub(super) fn run(args: &ExplainArgs) -> Result<()> {
     if let (Some(path), Some(json)) = (scene_file.volume().path(), &json) {
         json.spare("record", is_record, &[path])?;
     }
-    let volume = scene_file.volume().load(&settings.limits)?;
+    let volume = load(scene_file.volume(), &settings.limits)?;
     let (scene, mut warnings) = scene_file.to_scene(&volume)?;
     enter(Phase::Rendering);
     let explanation = explain(&volume, &scene, &settings, &request)?;

@@ -8,13 +8,14 @@ use super::scene::{ReadingArgs, scene_of};
 use super::stats::depths_json;
 use anyhow::{Result, bail};
 use serde_json::{Value, json};
-use slicestack::Volume;
 use slicestack::scene::preset::Guess;
 use slicestack::scene::{Overrides, Preset, SceneDepths};
 use slicestack::study::{Units, joint_histogram_png};
-use slicestack::volume::io::Format;
-use slicestack::volume::{JointHistogram, Modality, Space};
+use slicestack::volume::io::{self, Format, Item};
+use slicestack::volume::{JointHistogram, Modality, Space, VolumeSource};
+use slicestack::{Limits, Volume};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// What `info` takes.
 #[derive(Debug, clap::Args)]
@@ -63,13 +64,20 @@ pub(super) fn run(args: &InfoArgs) -> Result<()> {
     if let (Some(joint), Some(path)) = (&joint, source.volume().path()) {
         joint.sink.spare(joint.kind(), joint.like(), &[path])?;
     }
-    let volume = source.volume().load(&args.reading.limits())?;
+    let limits = args.reading.limits();
+    // Listed first: where what would be taken cannot be read, something else may be chosen.
+    let items = match source.volume().path() {
+        Some(path) if source.volume().is_described_by_file() => io::list(path, &source.volume().reading(&limits))?,
+        _ => Vec::new(),
+    };
+    let volume = load_listed(source.volume(), &limits, &items, args.json)?;
     if let Some(joint) = joint {
         joint.write(&volume)?;
     }
     // The scene's own view, or the usual one.
     let depths = source.resolve(&volume).ok().and_then(|found| found.scene.depths(&volume));
-    let text = if args.json { serde_json::to_string_pretty(&as_json(&volume, depths))? + "\n" } else { as_text(&volume, depths) };
+    let text =
+        if args.json { serde_json::to_string_pretty(&as_json(&volume, depths, &items))? + "\n" } else { as_text(&volume, depths, &items) };
     print(text.as_bytes())
 }
 
@@ -143,7 +151,7 @@ fn verdicts(volume: &Volume) -> Vec<(Preset, Option<String>)> {
     suggested.iter().copied().chain(others).map(|p| (p, p.suits(volume).err())).collect()
 }
 
-fn as_json(volume: &Volume, depths: Option<SceneDepths>) -> Value {
+fn as_json(volume: &Volume, depths: Option<SceneDepths>, items: &[Item]) -> Value {
     let (grid, s) = (volume.grid(), volume.statistics());
     let (slope, intercept) = volume.rescale();
     let directions = grid.directions();
@@ -171,12 +179,14 @@ fn as_json(volume: &Volume, depths: Option<SceneDepths>) -> Value {
         "histogram": s.histogram,
         "taken_for": { "preset": guess.preset.name(), "reason": guess.reason, "advice": guess.advice },
         "depths": depths.map(depths_json),
+        "choices": items.iter().map(item_json).collect::<Vec<_>>(),
+        "notes": volume.notes(),
         "presets": suggested,
         "rejected": rejected.collect::<Vec<_>>(),
     })
 }
 
-fn as_text(volume: &Volume, depths: Option<SceneDepths>) -> String {
+fn as_text(volume: &Volume, depths: Option<SceneDepths>, items: &[Item]) -> String {
     let (grid, s) = (volume.grid(), volume.statistics());
     let [nx, ny, nz] = grid.dims();
     let list = |v: [f64; 3]| v.map(short).join(" ");
@@ -216,6 +226,10 @@ fn as_text(volume: &Volume, depths: Option<SceneDepths>) -> String {
     for (label, value) in lines {
         text += &format!("  {label:12}{value}\n");
     }
+    for note in volume.notes() {
+        text += &format!("  {:12}{note}\n", "note");
+    }
+    text += &listed(items);
     text += "presets\n";
     for (preset, why) in verdicts(volume) {
         text += &match why {
@@ -226,6 +240,41 @@ fn as_text(volume: &Volume, depths: Option<SceneDepths>) -> String {
         };
     }
     text
+}
+
+/// What there is to choose from, a line each: those that are taken with a `*`.
+fn listed(items: &[Item]) -> String {
+    let mut text = String::new();
+    for item in items {
+        if text.is_empty() {
+            text += "choices\n";
+        }
+        let id = match item.count {
+            1 if item.id.contains(char::is_whitespace) => format!("{:?}", item.id),
+            1 => item.id.clone(),
+            n => format!("{} to {}", item.id, n - 1),
+        };
+        let mark = if item.taken { '*' } else { ' ' };
+        text += &format!("  {mark} {:18}{}\n", format!("{} {id}", item.part), item.about);
+    }
+    text
+}
+
+fn item_json(item: &Item) -> Value {
+    json!({ "part": item.part.name(), "id": item.id, "count": item.count, "about": item.about, "taken": item.taken })
+}
+
+/// Loads the volume; where that fails and there is a choice, what there is to choose from is told too.
+fn load_listed(source: &VolumeSource, limits: &Limits, items: &[Item], json: bool) -> Result<Volume> {
+    let bar = Arc::new(Bar::new());
+    let volume = source.load_told(limits, Some(bar.clone()));
+    bar.clear();
+    volume.or_else(|e| {
+        if !items.is_empty() && !json {
+            print(listed(items).as_bytes())?;
+        }
+        Err(e.into())
+    })
 }
 
 /// Up to six significant digits.

@@ -3,7 +3,7 @@
 use super::output::{Sink, encoding, is_picture, is_plane, is_statistics, print};
 use super::progress::{Bar, Phase, catch_signals, enter, rendered};
 use super::saved::{SavedScene, is_saved_scene};
-use super::scene::{SceneArgs, level};
+use super::scene::{SceneArgs, level, load};
 use super::stats::{self, Clock};
 use super::{Usage, complain, show};
 use anyhow::{Result, bail};
@@ -145,7 +145,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
             saved.sink.spare("scene saved by this command", is_saved_scene, &[path])?;
         }
     }
-    let volume = scene_file.volume().load(&settings.limits)?;
+    let volume = load(scene_file.volume(), &settings.limits)?;
     clock.load = start.elapsed().as_secs_f64();
     // Presets look at the voxels, and keep what they found for the frame.
     let start = Instant::now();
@@ -165,6 +165,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
     bar.clear();
     warnings.extend(stats.warnings.iter().cloned());
     notes.iter().for_each(|note| complain("note", note));
+    let notes: Vec<String> = volume.notes().iter().cloned().chain(notes).collect();
     let annotated = if annotations.any() { Some(annotate(&picture, &annotations, &scene, &volume)?) } else { None };
     if let Some((_, left_out)) = &annotated {
         warnings.extend(left_out.iter().cloned());

@@ -2,7 +2,7 @@
 
 use super::output::print;
 use super::progress::{Bar, Phase, catch_signals, enter};
-use super::scene::{SceneArgs, level};
+use super::scene::{SceneArgs, level, load};
 use super::{Usage, complain};
 use anyhow::{Context, Result, bail};
 use slicestack::picture::write_whole;
@@ -76,7 +76,7 @@ pub(super) fn run(args: &ReportArgs) -> Result<()> {
         };
     }
     let scene_file = text.open(&overrides)?;
-    let volume = scene_file.volume().load(&settings.limits)?;
+    let volume = load(scene_file.volume(), &settings.limits)?;
     let volume = shown_name(volume, args.scene.input.as_deref());
     let (mut scene, warnings) = scene_file.to_scene(&volume)?;
     if !scene_file.says_slices() {

@@ -1,12 +1,15 @@
 //! Which scene a command is about: its file, its volume, and the flags that override its keys.
 
-use super::Usage;
 use super::flags::{SceneFlags, color_list};
+use super::progress::Bar;
+use super::{Usage, complain};
 use anyhow::{Result, bail};
 use clap::builder::{PossibleValue, PossibleValuesParser};
 use slicestack::scene::{Overrides, Preset, SceneFile};
-use slicestack::{Level, Limits};
+use slicestack::volume::VolumeSource;
+use slicestack::{Level, Limits, Volume};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// What is rendered when nothing is named: three rings, no two of them linked; their surface is at 0, their core below it.
 const DEFAULT_SCENE: &str = "
@@ -127,6 +130,19 @@ impl SceneText<'_> {
             if flags || text.starts_with("--") { Usage(text).into() } else { e.into() }
         })
     }
+}
+
+/// Loads the volume of `source`: a bar shows how far it has come where that takes long, and what the reader chose or repaired is told.
+///
+/// # Errors
+/// As [`VolumeSource::load_told`].
+pub(super) fn load(source: &VolumeSource, limits: &Limits) -> Result<Volume> {
+    let bar = Arc::new(Bar::new());
+    let volume = source.load_told(limits, Some(bar.clone()));
+    bar.clear();
+    let volume = volume?;
+    volume.notes().iter().for_each(|note| complain("note", note));
+    Ok(volume)
 }
 
 /// The scene that `input` names: a scene file by its name, else a volume, which is set in `overrides`; without an input,

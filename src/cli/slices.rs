@@ -3,7 +3,7 @@
 use super::flags::VolumeFlags;
 use super::output::{Sink, encoding, is_picture};
 use super::progress::{Phase, catch_signals, enter, rendered};
-use super::scene::{ReadingArgs, background, scene_of, sides};
+use super::scene::{ReadingArgs, background, load, scene_of, sides};
 use super::{Usage, complain};
 use anyhow::{Result, bail};
 use clap::builder::PossibleValuesParser;
@@ -234,7 +234,7 @@ pub(super) fn run(args: &SlicesArgs) -> Result<()> {
     if let Some(path) = source.volume().path() {
         sink.spare("picture", is_picture, &[path])?;
     }
-    let volume = source.volume().load(&args.reading.limits())?;
+    let volume = load(source.volume(), &args.reading.limits())?;
     let (columns, offsets) = plan.offsets(&volume)?;
     let mut sheet = Sheet::new(volume.grid(), plan.orientation, offsets)?
         .with_columns(columns)?

@@ -3,7 +3,7 @@
 use super::flags::VolumeFlags;
 use super::output::{Sink, print};
 use super::progress::catch_signals;
-use super::scene::{ReadingArgs, scene_of};
+use super::scene::{ReadingArgs, load, scene_of};
 use super::{Usage, complain};
 use anyhow::{Result, bail};
 use slicestack::Volume;
@@ -171,12 +171,12 @@ fn volume(args: &TfArgs, source: &Source, output: Output) -> Result<Option<Volum
         let mut overrides = Overrides::default();
         let text = scene_of(args.volume.as_deref(), &mut overrides)?;
         args.flags.apply(&mut overrides)?;
-        return Ok(Some(text.open(&overrides)?.volume().load(&limits)?));
+        return Ok(Some(load(text.open(&overrides)?.volume(), &limits)?));
     }
     let needed = source.needs_volume()?;
     if let Source::File(file) = source {
         if let Some(volume) = file.volume().filter(|_| needed || output == Output::Png) {
-            return Ok(Some(volume.load(&limits)?));
+            return Ok(Some(load(volume, &limits)?));
         }
     }
     if needed {

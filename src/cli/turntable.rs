@@ -3,7 +3,7 @@
 use super::complain;
 use super::movie::{Movie, MovieArgs};
 use super::progress::catch_signals;
-use super::scene::SceneArgs;
+use super::scene::{SceneArgs, load};
 use anyhow::Result;
 use slicestack::Scene;
 use slicestack::picture::MAX_FRAMES;
@@ -36,7 +36,7 @@ pub(super) fn run(args: &TurntableArgs) -> Result<()> {
     catch_signals()?;
     let scene_file = text.open(&overrides)?;
     movie.spare(scene_file.volume().path())?;
-    let volume = scene_file.volume().load(movie.limits())?;
+    let volume = load(scene_file.volume(), movie.limits())?;
     let ResolvedScene { scene, warnings, notes, .. } = scene_file.resolve(&volume)?;
     let cameras = scene_file.turntable(&scene, &volume, args.frames)?;
     notes.iter().for_each(|note| complain("note", note));

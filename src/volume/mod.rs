@@ -82,6 +82,7 @@ pub struct Volume {
     intercept: f64,
     modality: Modality,
     name: String,
+    notes: Vec<String>,
     /// Found out once, for clones too.
     statistics: Arc<OnceLock<Statistics>>,
     bricks: Arc<OnceLock<Arc<Bricks>>>,
@@ -119,6 +120,7 @@ impl Volume {
             intercept: 0.0,
             modality: Modality::Unknown,
             name: String::new(),
+            notes: Vec::new(),
             statistics: Arc::default(),
             bricks: Arc::default(),
         }
@@ -187,6 +189,13 @@ impl Volume {
         self
     }
 
+    /// The same volume with one more [note](Volume::notes).
+    #[must_use]
+    pub fn with_note(mut self, note: impl Into<String>) -> Self {
+        self.notes.push(note.into());
+        self
+    }
+
     /// The same voxels on another grid.
     ///
     /// # Errors
@@ -243,6 +252,12 @@ impl Volume {
     /// Name for messages; may be empty.
     pub fn name(&self) -> &str {
         &self.name
+    }
+
+    /// What its reader chose or repaired, one sentence each, to be told to whoever looks at the volume: which of several series it is, that a
+    /// transform in the file was unusable and what was taken instead.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
     }
 
     /// The value at voxel (i,j,k) in the data's units; NaN in a volume of colours.

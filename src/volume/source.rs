@@ -1,11 +1,12 @@
 //! Where a volume comes from: a file, a raw file with its description, or a formula.
 
-use super::io::{self, RawSpec};
+use super::io::{self, Choice, RawSpec};
 use super::phantom::Phantom;
 use super::{BoxConvention, Grid, Modality};
-use crate::{Limits, Result, Volume};
+use crate::{Limits, Progress, Result, Volume};
 use glam::{DMat3, DVec3};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Where the voxels are.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,12 +38,26 @@ pub struct VolumeSource {
     pub intercept: Option<f64>,
     /// Kind of values instead of the file's.
     pub modality: Option<Modality>,
+    /// Which of several volumes of the file or folder is meant.
+    pub choice: Choice,
+    /// Pixels along the shorter side of the picture to be made, which choose a level of detail; see [`io::Reading::pixels`].
+    pub pixels: Option<u32>,
 }
 
 impl VolumeSource {
     /// The source itself, with nothing changed.
     pub fn new(origin: Origin) -> Self {
-        Self { origin, convention: BoxConvention::Cells, spacing: None, position: None, slope: None, intercept: None, modality: None }
+        Self {
+            origin,
+            convention: BoxConvention::Cells,
+            spacing: None,
+            position: None,
+            slope: None,
+            intercept: None,
+            modality: None,
+            choice: Choice::new(),
+            pixels: None,
+        }
     }
 
     /// The source whose voxels fill another box.
@@ -87,6 +102,20 @@ impl VolumeSource {
         self
     }
 
+    /// The source with another of its file's volumes meant.
+    #[must_use]
+    pub fn with_choice(mut self, choice: Choice) -> Self {
+        self.choice = choice;
+        self
+    }
+
+    /// The source for a picture of so many pixels along its shorter side; see [`io::Reading::pixels`].
+    #[must_use]
+    pub fn with_pixels(mut self, pixels: impl Into<Option<u32>>) -> Self {
+        self.pixels = pixels.into();
+        self
+    }
+
     /// The source with its file at another path; a formula stays what it is.
     #[must_use]
     pub fn with_path(mut self, path: impl Into<PathBuf>) -> Self {
@@ -105,14 +134,32 @@ impl VolumeSource {
         }
     }
 
-    /// Loads the volume.
+    /// Whether it is a file or folder that describes itself.
+    pub fn is_described_by_file(&self) -> bool {
+        matches!(self.origin, Origin::File(_))
+    }
+
+    /// Loads the volume; nobody is told how far that has come.
+    ///
+    /// # Errors
+    /// As [`VolumeSource::load_told`].
+    pub fn load(&self, limits: &Limits) -> Result<Volume> {
+        self.load_told(limits, None)
+    }
+
+    /// How the file is read.
+    pub fn reading(&self, limits: &Limits) -> io::Reading {
+        io::Reading::new().limits(*limits).choice(self.choice.clone()).pixels(self.pixels)
+    }
+
+    /// Loads the volume, and tells `progress` how far that has come.
     ///
     /// # Errors
     /// Whatever the reader says, [`crate::Error::Limit`] when the voxels would exceed `limits`, [`crate::Error::Invalid`] for a
-    /// spacing, position or rescale that makes no grid.
-    pub fn load(&self, limits: &Limits) -> Result<Volume> {
+    /// spacing, position or rescale that makes no grid, [`crate::Error::Stopped`] where `progress` stops it.
+    pub fn load_told(&self, limits: &Limits, progress: Option<Arc<dyn Progress>>) -> Result<Volume> {
         let mut volume = match &self.origin {
-            Origin::File(path) => io::read(path, limits)?,
+            Origin::File(path) => io::read_as(path, &io::Reading { progress, ..self.reading(limits) })?,
             Origin::Raw(path, spec) => io::read_raw(path, spec, limits)?,
             Origin::Phantom(phantom, size) => phantom.volume_as(*size, phantom.voxel_type(), limits)?,
         };

@@ -155,6 +155,7 @@ impl SceneFile {
         let (document, places) = table::document(text, file, overrides)?;
         let cx = Context { document: &document, places: &places, base };
         let (source, partial) = (document.volume.source(&cx)?, document.before_data(&cx)?);
+        let source = source.with_pixels(partial.size().0.min(partial.size().1));
         Ok(Self { base: base.to_path_buf(), source, partial, document, places })
     }
 

@@ -3,7 +3,7 @@
 use super::Place;
 use super::schema::names;
 use super::section::{Context, Given, Rivals, choices};
-use crate::volume::io::{Endian, RawSpec};
+use crate::volume::io::{Choice, Endian, RawSpec};
 use crate::volume::phantom::Phantom;
 use crate::volume::{BoxConvention, Modality, Origin, VolumeSource, VoxelType};
 use crate::{Error, Result};
@@ -20,7 +20,7 @@ const MOST_PHANTOM_SIZE: usize = 1 << 16;
 #[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct VolumeKeys {
-    /// File to read (NRRD, NIfTI, MetaImage, VTK, NumPy, raw), relative to the scene file.
+    /// File or folder to read (DICOM, images, Zarr, NRRD, NIfTI, MetaImage, VTK, MRC, NumPy, raw), relative to the scene file.
     pub path: Option<String>,
     /// Built-in volume instead of a file.
     #[schemars(schema_with = "phantom_names")]
@@ -48,8 +48,40 @@ pub(super) struct VolumeKeys {
     pub slope: Option<f64>,
     /// Intercept of value = slope * stored + intercept, instead of the file's.
     pub intercept: Option<f64>,
+    /// DICOM: the series, by its number in the list of `slicestack info` (counted from 0) or the beginning of its UID; the one with the most
+    /// images unless given.
+    pub series: Option<SeriesKey>,
+    /// File with several arrays: the name of the one that is meant.
+    pub array: Option<String>,
+    /// Multiscale image: the level of detail, counted from 0, the finest; the one that fits the picture's pixels unless given.
+    pub level: Option<usize>,
+    /// Sequence: the frame, counted from 0; the first unless given.
+    pub frame: Option<usize>,
+    /// Voxels of several numbers, such as colours: the one that is meant, counted from 0.
+    pub channel: Option<usize>,
     /// Kind of values, where the file does not say: ct (Hounsfield units) or mr.
     pub modality: Option<ModalityKey>,
+}
+
+/// A series by number or UID.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(untagged, expecting = "expected a number, or the beginning of a UID as text")]
+pub(super) enum SeriesKey {
+    Number(usize),
+    Uid(String),
+}
+
+impl SeriesKey {
+    fn of(text: &str) -> Self {
+        text.parse().map_or_else(|_| Self::Uid(text.to_owned()), Self::Number)
+    }
+
+    fn text(&self) -> String {
+        match self {
+            Self::Number(n) => n.to_string(),
+            Self::Uid(uid) => uid.clone(),
+        }
+    }
 }
 
 choices! {
@@ -68,7 +100,21 @@ fn type_names(_: &mut SchemaGenerator) -> Schema {
 
 pub(super) const RIVALS: &[Rivals] = &[
     (&["volume.path"], &["volume.phantom", "volume.size"]),
-    (&["volume.phantom"], &["volume.path", "volume.dimensions", "volume.type", "volume.endian", "volume.offset"]),
+    (
+        &["volume.phantom"],
+        &[
+            "volume.path",
+            "volume.dimensions",
+            "volume.type",
+            "volume.endian",
+            "volume.offset",
+            "volume.series",
+            "volume.array",
+            "volume.level",
+            "volume.frame",
+            "volume.channel",
+        ],
+    ),
 ];
 
 impl VolumeKeys {
@@ -109,6 +155,11 @@ impl VolumeKeys {
             slope: source.slope,
             intercept: source.intercept,
             modality: source.modality.and_then(ModalityKey::of),
+            series: source.choice.series.as_deref().map(SeriesKey::of),
+            array: source.choice.array.clone(),
+            level: source.choice.level,
+            frame: source.choice.frame,
+            channel: source.choice.channel,
         })
     }
 
@@ -131,11 +182,21 @@ impl VolumeKeys {
         source.convention = self.convention.map_or(BoxConvention::Cells, BoxConvention::from);
         source.modality = self.modality.map(Modality::from);
         (source.slope, source.intercept) = (self.slope, self.intercept);
+        source.choice = self.choice();
         // A raw file's description holds these already.
         if !self.is_raw() {
             (source.spacing, source.position) = (self.spacing, self.origin);
         }
         Ok(source)
+    }
+
+    /// Which of several volumes is meant.
+    fn choice(&self) -> Choice {
+        let mut choice = Choice::new();
+        choice.series = self.series.as_ref().map(SeriesKey::text);
+        choice.array.clone_from(&self.array);
+        (choice.level, choice.frame, choice.channel) = (self.level, self.frame, self.channel);
+        choice
     }
 
     /// The built-in volume and its size, where its values are left as they are.
@@ -160,11 +221,19 @@ impl VolumeKeys {
             ("volume.endian", self.endian.is_some()),
             ("volume.offset", self.offset.is_some()),
         ];
+        let choices: [Given; 5] = [
+            ("volume.series", self.series.is_some()),
+            ("volume.array", self.array.is_some()),
+            ("volume.level", self.level.is_some()),
+            ("volume.frame", self.frame.is_some()),
+            ("volume.channel", self.channel.is_some()),
+        ];
         match (&self.path, &self.phantom) {
             (Some(_), Some(_)) => Err(cx.error("volume.phantom", "volume.path is given too; a scene has one volume")),
             (None, None) => Err(cx.error("volume", "give volume.path (a file) or volume.phantom (a built-in volume)")),
             (None, Some(name)) => {
                 cx.refuse(&raw_keys, "belongs to raw files, not to built-in volumes")?;
+                cx.refuse(&choices, "belongs to files with several volumes, not to built-in volumes")?;
                 let size = self.phantom_size();
                 if !(1..=MOST_PHANTOM_SIZE).contains(&size) {
                     return Err(cx.error("volume.size", format!("{size}: must lie between 1 and {MOST_PHANTOM_SIZE}")));
@@ -180,6 +249,7 @@ impl VolumeKeys {
                     return Err(cx.error("volume.path", "is empty"));
                 }
                 if self.is_raw() {
+                    cx.refuse(&choices, "belongs to files with several volumes, not to raw files")?;
                     return Ok(Origin::Raw(full, self.raw(cx)?));
                 }
                 cx.refuse(&raw_keys, "belongs to raw files, which volume.dimensions and volume.type describe")?;

@@ -7,6 +7,7 @@
 use super::Endian;
 use super::field::named;
 use super::reader::{Certainty, Clues, Reader};
+use super::reading::Reading;
 use super::source::Tail;
 use super::store::Store;
 use crate::Result;
@@ -16,8 +17,10 @@ pub(super) const READER: Reader = Reader {
     name: "VolVis",
     extensions: &["dat"],
     reads: "three dimensions, then little-endian u16 voxels; known by its exact length",
+    parts: &[],
     probe,
     read,
+    list: None,
 };
 
 const HEADER: usize = 6;
@@ -38,7 +41,7 @@ fn probe(clues: &Clues) -> Certainty {
     if !dims.contains(&0) && clues.is_long(length(dims)) { Certainty::Length } else { by_name }
 }
 
-fn read(store: Store) -> Result<Volume> {
+fn read(store: Store, _: &Reading) -> Result<Volume> {
     let mut source = store.source()?;
     let dims = dims(&source.header(HEADER, "the header of a .dat file")?);
     let total = HEADER as u64 + source.left();

@@ -1,12 +1,38 @@
 //! A folder as a place that a volume is read from: its files by name, and nothing outside it.
 
+use super::source::Source;
 use super::store::Store;
 use crate::settings::Limits;
 use crate::{Error, Result};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 /// Most files and folders that a folder may hold.
 const MOST_ENTRIES: usize = 1 << 16;
+/// Most folders that are entered, one in the other.
+const DEEPEST: usize = 16;
+
+/// Whether `pattern`, where `*` stands for any characters and `?` for one, stands for `name`.
+fn matches(pattern: &str, name: &str) -> bool {
+    let (pattern, name): (Vec<char>, Vec<char>) = (pattern.chars().collect(), name.chars().collect());
+    // The last star, and what of the name it stands for so far: a mismatch lets it stand for one more.
+    let (mut p, mut n, mut star) = (0, 0, None);
+    while n < name.len() {
+        match pattern.get(p) {
+            Some('*') => {
+                star = Some((p, n));
+                p += 1;
+            }
+            Some(&c) if c == '?' || c == name[n] => (p, n) = (p + 1, n + 1),
+            _ => {
+                let Some((at, from)) = star else { return false };
+                star = Some((at, from + 1));
+                (p, n) = (at + 1, from + 1);
+            }
+        }
+    }
+    pattern[p..].iter().all(|&c| c == '*')
+}
 
 /// The files of one folder.
 ///
@@ -15,6 +41,8 @@ const MOST_ENTRIES: usize = 1 << 16;
 /// - names are UTF-8, sorted by their bytes, and there are at most [`MOST_ENTRIES`].
 pub(super) struct Folder {
     path: PathBuf,
+    /// The path as given: the folder's, or a pattern of names in it.
+    shown: PathBuf,
     names: Vec<String>,
     limits: Limits,
 }
@@ -39,12 +67,83 @@ impl Folder {
             }
         }
         names.sort_unstable();
-        Ok(Self { path: path.to_path_buf(), names, limits: *limits })
+        Ok(Self { path: path.to_path_buf(), shown: path.to_path_buf(), names, limits: *limits })
     }
 
-    /// Where it is, for messages.
+    /// The files of a folder whose names `pattern` stands for: its last name may have `*` for any characters and `?` for one.
+    ///
+    /// # Errors
+    /// As [`Folder::open`]; when no file has such a name.
+    pub(super) fn matching(pattern: &Path, limits: &Limits) -> Result<Self> {
+        let name = pattern.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        let parent = pattern.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let mut folder = Self::open(parent, limits)?;
+        folder.names.retain(|n| matches(&name, n));
+        if folder.names.is_empty() {
+            return Err(Error::format(pattern, "no file has such a name"));
+        }
+        folder.shown = pattern.to_path_buf();
+        Ok(folder)
+    }
+
+    /// Names of all files in the folder and the folders in it, with `/` between, sorted; links are not followed.
+    ///
+    /// # Errors
+    /// When a folder cannot be listed, when there are too many entries in all, or folders too deep in each other.
+    pub(super) fn walk(&self) -> Result<Vec<String>> {
+        let mut found = self.names.clone();
+        // A pattern stands for files alone.
+        let mut open = if self.shown == self.path { vec![String::new()] } else { Vec::new() };
+        let mut count = 0;
+        while let Some(inner) = open.pop() {
+            if inner.matches('/').count() > DEEPEST {
+                return Err(Error::format(&self.shown, format!("folders more than {DEEPEST} deep in each other: {inner}")));
+            }
+            let at = self.path.join(&inner);
+            let fault = |e| Error::io(&at, e);
+            for entry in std::fs::read_dir(&at).map_err(fault)? {
+                count += 1;
+                if count > MOST_ENTRIES {
+                    let what = format!("{}: entries of the folder and those in it", self.shown.display());
+                    return Err(Error::Limit { what, needed: count as u128, limit: MOST_ENTRIES as u128 });
+                }
+                let entry = entry.map_err(fault)?;
+                let (kind, Ok(name)) = (entry.file_type().map_err(fault)?, entry.file_name().into_string()) else { continue };
+                if kind.is_dir() {
+                    open.push(format!("{inner}{name}/"));
+                } else if kind.is_file() && !inner.is_empty() {
+                    found.push(format!("{inner}{name}"));
+                }
+            }
+        }
+        found.sort_unstable();
+        Ok(found)
+    }
+
+    /// Opens the file at `way` (names with `/` between) as it lies on disk; `None` where there is none.
+    ///
+    /// # Errors
+    /// When the way leads out of the folder or through a link, or the file cannot be read.
+    pub(super) fn at(&self, way: &str) -> Result<Option<Source>> {
+        let mut path = self.path.clone();
+        for name in way.split('/') {
+            if name.is_empty() || name == "." || name == ".." || name.contains(['\\', '\0', ':']) {
+                return Err(Error::format(&self.shown, format!("{way:?} is no way to a file of this folder")));
+            }
+            path.push(name);
+            match std::fs::symlink_metadata(&path) {
+                Ok(meta) if meta.is_symlink() => return Err(Error::format(&path, "is a link: links in a folder are not followed")),
+                Ok(_) => {}
+                Err(e) if matches!(e.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => return Ok(None),
+                Err(e) => return Err(Error::io(&path, e)),
+            }
+        }
+        Source::open_plain(&path, &self.limits).map(Some)
+    }
+
+    /// Where it is, for messages; the pattern where one was given.
     pub(super) fn path(&self) -> &Path {
-        &self.path
+        &self.shown
     }
 
     /// Names of its files, sorted.

@@ -6,6 +6,7 @@
 
 use super::field::{Field, complete, grid, named, shown};
 use super::reader::{Certainty, Reader};
+use super::reading::Reading;
 use super::source::{Source, Tail};
 use super::store::Store;
 use super::{Endian, Stored, ascii};
@@ -18,8 +19,10 @@ pub(super) const READER: Reader = Reader {
     name: "MetaImage",
     extensions: &["mha", "mhd"],
     reads: "raw, zlib and ascii; data in the file or beside it; both byte orders; oblique axes",
+    parts: &[],
     probe: |clues| if starts(clues.head) { Certainty::Magic } else { clues.by_name(READER.extensions) },
     read,
+    list: None,
 };
 
 /// Keys a header may start with; one of them and a `=` in the first line show that it is a MetaImage.
@@ -132,7 +135,7 @@ fn geometry(header: &Header, path: &Path, dims: [usize; 3], count: usize) -> Res
     grid(path, dims, DVec3::from_array(std::array::from_fn(|i| component(&origin, i))), complete(steps), space)
 }
 
-fn read(store: Store) -> Result<Volume> {
+fn read(store: Store, _: &Reading) -> Result<Volume> {
     let mut source = store.source()?;
     let path = source.path().to_path_buf();
     let path = path.as_path();

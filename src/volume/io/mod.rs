@@ -35,6 +35,7 @@ mod npz;
 mod nrrd;
 mod raw;
 mod reader;
+mod reading;
 mod refused;
 mod source;
 mod store;
@@ -42,6 +43,7 @@ mod stored;
 mod vtk;
 
 pub use raw::{RawSpec, read_raw};
+pub use reading::{Choice, Item, Part, Reading};
 pub use stored::Endian;
 
 use crate::settings::Limits;
@@ -56,29 +58,30 @@ use store::Store;
 use stored::Stored;
 
 macro_rules! formats {
-    ($($format:ident in $module:ident,)*) => {
+    ($($(#[$when:meta])* $format:ident in $module:ident,)*) => {
         /// A kind of volume file that describes itself.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
         #[non_exhaustive]
         #[allow(missing_docs, reason = "the names say it all")]
         pub enum Format {
-            $($format,)*
+            $($(#[$when])* $format,)*
         }
 
         impl Format {
-            /// All of them.
-            pub const ALL: &'static [Self] = &[$(Self::$format,)*];
+            /// All of them that this build reads.
+            pub const ALL: &'static [Self] = &[$($(#[$when])* Self::$format,)*];
 
             fn reader(self) -> &'static Reader {
                 match self {
-                    $(Self::$format => &$module::READER,)*
+                    $($(#[$when])* Self::$format => &$module::READER,)*
                 }
             }
         }
     };
 }
 
-// Of two that are as sure of a file the first one reads it.
+// Of two that are as sure of a file the first one reads it. A reader that takes other libraries stands behind a feature of its own, such as
+// `#[cfg(feature = "dicom")]`; without it `refused.rs` says what is missing.
 formats! {
     Nrrd in nrrd,
     Nifti in nifti,
@@ -183,17 +186,43 @@ pub fn detect(path: impl AsRef<Path>) -> Result<Format> {
     identify(&mut Store::open(path.as_ref(), &Limits::default())?)
 }
 
-/// Reads the volume file `path`, whatever its format. Its name becomes the volume's.
+/// Reads the volume file or folder `path`, whatever its format: [`read_as`] with nothing chosen.
 ///
 /// # Errors
-/// When the file cannot be read, is of no known format, is not what it claims, or is over `limits`: one line that names the
-/// file and the number at fault. For a folder, a line that says what may be given instead.
+/// As [`read_as`].
 pub fn read(path: impl AsRef<Path>, limits: &Limits) -> Result<Volume> {
+    read_as(path, &Reading::new().limits(*limits))
+}
+
+/// Reads the volume file or folder `path`, whatever its format; `-` is standard input, and a name with `*` or `?` in it stands for several
+/// files of a folder. Its name becomes the volume's. What was chosen or repaired on the way stands in [`Volume::notes`].
+///
+/// # Errors
+/// When the file cannot be read, is of no known format, is not what it claims, is over the limits, or has nothing of what is chosen: one line
+/// that names the file and the number at fault. For a folder of no known format, a line that says what may be given instead.
+/// [`Error::Stopped`] when it was stopped.
+pub fn read_as(path: impl AsRef<Path>, reading: &Reading) -> Result<Volume> {
     let path = path.as_ref();
-    let mut store = Store::open(path, limits)?;
+    let mut store = Store::open(path, &reading.limits)?;
     let format = identify(&mut store)?;
-    let volume = (format.reader().read)(store)?;
-    Ok(if volume.name().is_empty() { volume.with_name(path.display().to_string()) } else { volume })
+    reading.check(store.path(), format.name(), format.reader().parts)?;
+    let name = store.path().display().to_string();
+    let volume = (format.reader().read)(store, reading)?;
+    Ok(if volume.name().is_empty() { volume.with_name(name) } else { volume })
+}
+
+/// What there is to choose from in the volume file or folder `path`, without reading voxels; empty where there is one volume only. What is
+/// chosen already is marked as taken, and so is what would be taken where nothing is.
+///
+/// # Errors
+/// As [`read_as`].
+pub fn list(path: impl AsRef<Path>, reading: &Reading) -> Result<Vec<Item>> {
+    let mut store = Store::open(path.as_ref(), &reading.limits)?;
+    let format = identify(&mut store)?;
+    match format.reader().list {
+        Some(list) => list(store, reading),
+        None => Ok(Vec::new()),
+    }
 }
 
 impl Volume {

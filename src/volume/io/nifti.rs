@@ -6,6 +6,7 @@
 
 use super::field::{grid, named};
 use super::reader::{Certainty, Reader};
+use super::reading::Reading;
 use super::source::{Source, Tail};
 use super::store::Store;
 use super::{Endian, Stored};
@@ -18,8 +19,10 @@ pub(super) const READER: Reader = Reader {
     name: "NIfTI-1",
     extensions: &["nii", "hdr", "img"],
     reads: "one file or a pair; both byte orders; sform, qform; rescale",
+    parts: &[],
     probe: |clues| if starts(clues.head) { Certainty::Magic } else { clues.by_name(READER.extensions) },
     read,
+    list: None,
 };
 
 const HEADER: usize = 348;
@@ -223,7 +226,7 @@ fn open_image(path: &Path, source: &Source) -> Result<Source> {
     Source::open(&image, source.limits()).map_err(|e| source.fault(format!("image file: {e}")))
 }
 
-fn read(store: Store) -> Result<Volume> {
+fn read(store: Store, _: &Reading) -> Result<Volume> {
     let mut source = store.source()?;
     if !starts(source.peek(4)?) {
         // The voxels of a pair: its header is beside them.

@@ -6,6 +6,7 @@
 
 use super::field::{named, shown};
 use super::reader::{Certainty, Reader};
+use super::reading::Reading;
 use super::source::{Source, Tail, scatter_z_fastest};
 use super::store::Store;
 use super::{Endian, Stored};
@@ -16,8 +17,10 @@ pub(super) const READER: Reader = Reader {
     name: "NumPy",
     extensions: &["npy"],
     reads: "three dimensions (z, y, x), C and Fortran order, both byte orders",
+    parts: &[],
     probe: |clues| if clues.has(0, MAGIC) { Certainty::Magic } else { Certainty::No },
     read,
+    list: None,
 };
 
 const MAGIC: &[u8] = b"\x93NUMPY";
@@ -171,7 +174,7 @@ fn shape(source: &Source, text: &str) -> Result<Vec<usize>> {
         .collect()
 }
 
-fn read(store: Store) -> Result<Volume> {
+fn read(store: Store, _: &Reading) -> Result<Volume> {
     let mut source = store.source()?;
     Header::read(&mut source)?.volume(&mut source)
 }

@@ -5,6 +5,7 @@
 //! header limit, which the usual library does not: it takes memory by the number of entries the file claims.
 
 use super::reader::{Certainty, Reader};
+use super::reading::Reading;
 use super::source::{Source, inflated_bound};
 use super::store::{Places, Store};
 use super::{Endian, npy};
@@ -18,8 +19,10 @@ pub(super) const READER: Reader = Reader {
     name: "NumPy archive",
     extensions: &["npz"],
     reads: "its first array of three dimensions, stored or deflated",
+    parts: &[],
     probe: |clues| if clues.has(0, b"PK\x03\x04") || clues.has(0, b"PK\x05\x06") { Certainty::Magic } else { Certainty::No },
     read,
+    list: None,
 };
 
 const LE: Endian = Endian::Little;
@@ -182,7 +185,7 @@ impl Read for Checked {
     }
 }
 
-fn read(store: Store) -> Result<Volume> {
+fn read(store: Store, _: &Reading) -> Result<Volume> {
     // A zip file is read from its end.
     let archive = Archive(store.places("a zip archive")?);
     let path = archive.0.path();

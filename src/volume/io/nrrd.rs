@@ -8,6 +8,7 @@
 
 use super::field::{Field, complete, grid, named, shown};
 use super::reader::{Certainty, Reader};
+use super::reading::Reading;
 use super::source::{Source, Tail};
 use super::store::Store;
 use super::{Endian, Stored, ascii};
@@ -20,8 +21,10 @@ pub(super) const READER: Reader = Reader {
     name: "NRRD",
     extensions: &["nrrd", "nhdr"],
     reads: "raw, gzip and ascii; data in the file or beside it; both byte orders; oblique axes",
+    parts: &[],
     probe: |clues| if clues.has(0, b"NRRD") { Certainty::Magic } else { clues.by_name(READER.extensions) },
     read,
+    list: None,
 };
 
 /// The header's fields by key, keys in lower case without spaces (`space directions` = `spacedirections`).
@@ -233,7 +236,7 @@ fn open_data(header: &Header, mut source: Source, encoding: &str, data_bytes: Op
     Ok(source)
 }
 
-fn read(store: Store) -> Result<Volume> {
+fn read(store: Store, _: &Reading) -> Result<Volume> {
     let mut source = store.source()?;
     let path = source.path().to_path_buf();
     let path = path.as_path();

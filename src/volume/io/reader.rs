@@ -1,5 +1,7 @@
 //! What a format's file declares about its reader, and the clues by which a file or folder is recognised.
 
+use super::folder::Folder;
+use super::reading::{Item, Part, Reading};
 use super::source::Source;
 use super::store::Store;
 use crate::Result;
@@ -30,10 +32,14 @@ pub(super) struct Reader {
     pub(super) extensions: &'static [&'static str],
     /// What of the format is read, in a few words, for docs and help.
     pub(super) reads: &'static str,
+    /// What its volumes are told apart by, where there may be several. Other choices are refused before [`Reader::read`] is called.
+    pub(super) parts: &'static [Part],
     /// How sure it is that something is of this format.
     pub(super) probe: fn(&Clues) -> Certainty,
     /// Reads the volume in a file or folder that was found to be of this format.
-    pub(super) read: fn(Store) -> Result<Volume>,
+    pub(super) read: fn(Store, &Reading) -> Result<Volume>,
+    /// What there is to choose from, without reading voxels; `None` for formats of one volume.
+    pub(super) list: Option<fn(Store, &Reading) -> Result<Vec<Item>>>,
 }
 
 /// A kind of file or folder that is recognised and not read.
@@ -55,6 +61,8 @@ pub(super) struct Clues<'a> {
     pub(super) packed: bool,
     /// Names of a folder's files, sorted; `None` for a file.
     pub(super) entries: Option<&'a [String]>,
+    /// The folder itself, for those who must look into its files.
+    pub(super) folder: Option<&'a Folder>,
     pub(super) limits: &'a Limits,
 }
 

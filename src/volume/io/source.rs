@@ -5,13 +5,13 @@
 
 mod voxels;
 
-pub(super) use voxels::{Tail, scatter_z_fastest};
+pub(super) use voxels::{Tail, room, scatter_z_fastest, too_large};
 
 use super::gzip::Members;
 use crate::settings::Limits;
 use crate::{Error, Result};
-use std::fs::File;
-use std::io::{self, BufReader, Read, Seek, SeekFrom};
+use std::fs::{File, Metadata};
+use std::io::{self, BufReader, IsTerminal, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 /// Most bytes that one byte of deflate data inflates to: a 258-byte copy takes two bits at best, and block headers cost a
@@ -24,6 +24,8 @@ const CHUNK: usize = 1 << 16;
 enum Inner {
     File(File),
     Stream(Box<dyn Read>),
+    /// Bytes that another program sends, of which nobody knows how many there are.
+    Pipe(File),
 }
 
 /// A stream of bytes of which it is known how many can come at most. See the module's page.
@@ -45,20 +47,44 @@ pub(super) struct Source {
 impl Source {
     /// Opens `path` as it lies on disk.
     pub(super) fn open_plain(path: &Path, limits: &Limits) -> Result<Self> {
-        // Opening a pipe would wait until another program writes to it, so its kind is looked at first.
+        // Opening a device may do anything, so its kind is looked at first. Opening a pipe waits until another program writes to it.
         let meta = std::fs::metadata(path).map_err(|e| Error::io(path, e))?;
-        if !meta.is_file() {
-            let what = if meta.is_dir() { "is a directory, not a file" } else { "is not a regular file" };
+        if !meta.is_file() && !is_pipe(&meta) {
+            let what = if meta.is_dir() { "is a directory, not a file" } else { "is neither a file nor a pipe" };
             return Err(Error::format(path, what));
         }
         let file = File::open(path).map_err(|e| Error::io(path, e))?;
+        Self::of_file(path, file, limits)
+    }
+
+    /// Standard input, looked into when it is a gzip stream: a file where the shell opened one for it, else a pipe.
+    pub(super) fn open_stdin(limits: &Limits) -> Result<Self> {
+        let path = Path::new("standard input");
+        if io::stdin().is_terminal() {
+            return Err(Error::format(path, "is a terminal: let another program send the volume, or give its file"));
+        }
+        let file = stdin_file().map_err(|e| Error::io(path, e))?;
+        let mut source = Self::of_file(path, file, limits)?;
+        if source.is_gzip()? { Ok(source.gunzip()) } else { Ok(source) }
+    }
+
+    /// What `file` still has to give.
+    fn of_file(path: &Path, mut file: File, limits: &Limits) -> Result<Self> {
+        let meta = file.metadata().map_err(|e| Error::io(path, e))?;
+        let place = if meta.is_file() { file.stream_position().map_err(|e| Error::io(path, e))? } else { 0 };
+        let (inner, left, length) = if meta.is_file() {
+            (Inner::File(file), meta.len().saturating_sub(place), meta.len())
+        } else {
+            // More than a volume may take is never asked for.
+            (Inner::Pipe(file), limits.voxel_bytes.saturating_add(limits.header_bytes), 0)
+        };
         Ok(Self {
             path: path.to_path_buf(),
-            inner: Inner::File(file),
+            inner,
             buffer: Vec::new(),
             start: 0,
-            left: meta.len(),
-            length: meta.len(),
+            left,
+            length,
             packed: None,
             header_left: limits.header_bytes,
             limits: *limits,
@@ -128,12 +154,17 @@ impl Source {
         self.packed.is_some()
     }
 
+    /// Whether another program sends these bytes: then they come once, and nobody knows how many there are.
+    pub(super) fn is_pipe(&self) -> bool {
+        matches!(self.inner, Inner::Pipe(_))
+    }
+
     /// The plain file behind this source, and the byte of it that comes next.
     fn plain(&self) -> Option<(&File, u64)> {
         match &self.inner {
             // What is left of a plain file is exact.
             Inner::File(file) => Some((file, self.length - self.left)),
-            Inner::Stream(_) => None,
+            Inner::Stream(_) | Inner::Pipe(_) => None,
         }
     }
 
@@ -149,7 +180,7 @@ impl Source {
     fn read_inner(&mut self, out: &mut [u8]) -> io::Result<usize> {
         loop {
             let result = match &mut self.inner {
-                Inner::File(f) => f.read(out),
+                Inner::File(f) | Inner::Pipe(f) => f.read(out),
                 Inner::Stream(s) => s.read(out),
             };
             match result {
@@ -300,6 +331,24 @@ impl Read for Source {
         self.left = self.left.saturating_sub(n as u64);
         Ok(n)
     }
+}
+
+/// Whether this is what another program sends.
+fn is_pipe(meta: &Metadata) -> bool {
+    #[cfg(unix)]
+    let pipe = std::os::unix::fs::FileTypeExt::is_fifo(&meta.file_type());
+    #[cfg(not(unix))]
+    let pipe = !(meta.is_file() || meta.is_dir());
+    pipe
+}
+
+/// Standard input as a file of its own.
+fn stdin_file() -> io::Result<File> {
+    #[cfg(unix)]
+    let own = std::os::fd::AsFd::as_fd(&io::stdin()).try_clone_to_owned()?;
+    #[cfg(windows)]
+    let own = std::os::windows::io::AsHandle::as_handle(&io::stdin()).try_clone_to_owned()?;
+    Ok(File::from(own))
 }
 
 /// Most bytes that `packed` bytes of deflate data inflate to.

@@ -12,6 +12,14 @@ use std::path::{Path, PathBuf};
 /// First bytes looked at; enough for the magic of the first file in a tar archive.
 const HEAD: usize = 1024;
 
+/// The path that stands for standard input.
+const STDIN: &str = "-";
+
+/// Whether the last name of `path` stands for several.
+fn is_pattern(path: &Path) -> bool {
+    path.file_name().and_then(|n| n.to_str()).is_some_and(|n| n.contains(['*', '?']))
+}
+
 /// A file or a folder.
 pub(super) enum Store {
     /// A file, inflated where it is a gzip file.
@@ -20,13 +28,20 @@ pub(super) enum Store {
 }
 
 impl Store {
-    /// Opens the file or folder `path`.
+    /// Opens the file or folder `path`; a name of several files (with `*` or `?` in it) is a folder of those, `-` is standard input.
     ///
     /// # Errors
     /// When it is not there or cannot be read, and when it is neither.
     pub(super) fn open(path: &Path, limits: &Limits) -> Result<Self> {
-        let meta = std::fs::metadata(path).map_err(|e| Error::io(path, e))?;
-        if meta.is_dir() { Folder::open(path, limits).map(Self::Folder) } else { Source::open(path, limits).map(Self::File) }
+        if path == Path::new(STDIN) {
+            return Source::open_stdin(limits).map(Self::File);
+        }
+        match std::fs::metadata(path) {
+            Ok(meta) if meta.is_dir() => Folder::open(path, limits).map(Self::Folder),
+            Ok(_) => Source::open(path, limits).map(Self::File),
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound && is_pattern(path) => Folder::matching(path, limits).map(Self::Folder),
+            Err(e) => Err(Error::io(path, e)),
+        }
     }
 
     /// Where it is, for messages.
@@ -50,11 +65,11 @@ impl Store {
                 let head = source.buffered();
                 let head = &head[..head.len().min(HEAD)];
                 let (length, packed) = (source.left(), source.is_packed());
-                Ok(Clues { path: source.path(), head, length, packed, entries: None, limits: source.limits() })
+                Ok(Clues { path: source.path(), head, length, packed, entries: None, folder: None, limits: source.limits() })
             }
             Self::Folder(folder) => {
                 let (path, entries, limits) = (folder.path(), Some(folder.names()), folder.limits());
-                Ok(Clues { path, head: &[], length: 0, packed: false, entries, limits })
+                Ok(Clues { path, head: &[], length: 0, packed: false, entries, folder: Some(folder), limits })
             }
         }
     }
@@ -78,6 +93,9 @@ impl Store {
         let source = self.source()?;
         if source.is_packed() {
             return Err(source.fault(format!("{what} inside gzip is not supported: unpack it first")));
+        }
+        if source.is_pipe() {
+            return Err(source.fault(format!("{what} cannot be read from a pipe: give its file")));
         }
         let path = source.path().to_path_buf();
         let file = File::open(&path).map_err(|e| Error::io(&path, e))?;

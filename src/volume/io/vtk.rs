@@ -6,6 +6,7 @@
 
 use super::field::{Field, grid, named, shown};
 use super::reader::{Certainty, Reader};
+use super::reading::Reading;
 use super::source::{Source, Tail};
 use super::store::Store;
 use super::{Endian, Stored, ascii};
@@ -18,8 +19,10 @@ pub(super) const READER: Reader = Reader {
     name: "VTK legacy",
     extensions: &["vtk"],
     reads: "structured points, binary and ascii, scalars of points or cells",
+    parts: &[],
     probe: |clues| if clues.has(0, b"# vtk DataFile") { Certainty::Magic } else { Certainty::No },
     read,
+    list: None,
 };
 
 /// What may start a section after the voxels.
@@ -150,7 +153,7 @@ fn check_rest(source: &mut Source, bytes: u64) -> Result<()> {
     if SECTIONS.iter().any(|s| text.starts_with(s)) { Ok(()) } else { source.check_tail(bytes, Tail::Nothing) }
 }
 
-fn read(store: Store) -> Result<Volume> {
+fn read(store: Store, _: &Reading) -> Result<Volume> {
     let mut source = store.source()?;
     let path = source.path().to_path_buf();
     source.line()?;

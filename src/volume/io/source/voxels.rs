@@ -1,12 +1,16 @@
 //! Voxels out of a [`Source`]: first their claimed size is checked, then the file is mapped, or memory taken once and the bytes read into
 //! it, and at last what follows the voxels is checked.
 
-use super::Source;
+use super::{CHUNK, Source};
 use crate::lanes::Mapped;
+use crate::settings::Limits;
+use crate::volume::io::stored::TooLarge;
 use crate::volume::io::{Endian, Stored};
 use crate::volume::{Buffer, Voxel, VoxelType, Voxels};
 use crate::{Error, Result};
 use std::fs::File;
+use std::ops::Range;
+use std::path::Path;
 
 /// Most bytes of zeros or line ends that may follow voxels that ought to end the file.
 const PADDING: usize = 4096;
@@ -29,30 +33,15 @@ impl Source {
     /// Returns how many voxels there are.
     pub(in crate::volume::io) fn weigh(&self, dims: [usize; 3], stored: Stored, smallest: u64) -> Result<usize> {
         let count = self.claim(dims, stored, smallest)?;
-        let memory = count * stored.voxel_type().bytes();
-        // Where memory is short, an error is returned here; the allocator would end the process.
-        let mut probe: Vec<u8> = Vec::new();
-        if probe.try_reserve_exact(memory).is_err() {
-            let [x, y, z] = dims;
-            let what = format!("{x} x {y} x {z} voxels of {stored} take {memory} bytes: this machine does not give that much memory");
-            return Err(self.fault(what));
-        }
-        Ok(count)
+        with_memory(&self.path, count, dims, stored)
     }
 
     /// As [`Source::weigh`], for voxels that need no memory.
     fn claim(&self, dims: [usize; 3], stored: Stored, smallest: u64) -> Result<usize> {
+        let count = within_limit(&self.path, &self.limits, dims, stored)?;
         let [x, y, z] = dims;
         let shown = format!("{x} x {y} x {z} voxels of {stored}");
-        // Three factors of at most 2^64 do not fit in u128 either: saturate, any limit is far below.
-        let count = dims.iter().fold(1u128, |a, &n| a.saturating_mul(n as u128));
-        let memory = count.saturating_mul(stored.voxel_type().bytes() as u128);
-        let limit = u128::from(self.limits.voxel_bytes);
-        if memory > limit || usize::try_from(memory).is_err() {
-            let what = format!("{}: bytes of {shown}", self.path.display());
-            return Err(Error::Limit { what, needed: memory, limit });
-        }
-        let needed = count * u128::from(smallest);
+        let needed = count as u128 * u128::from(smallest);
         if needed > u128::from(self.left) {
             return Err(self.fault(match self.packed {
                 Some(packed) => {
@@ -61,7 +50,7 @@ impl Source {
                 None => format!("{shown} take {needed} bytes, the file holds {} after its header", self.left),
             }));
         }
-        Ok(count as usize)
+        Ok(count)
     }
 
     /// `dims` voxels, x fastest: mapped where the file and the limits allow it, else read straight into their place.
@@ -84,7 +73,7 @@ impl Source {
                 }
                 voxels
             }
-            Stored::I64 | Stored::U64 => self.narrow(count, stored, endian)?,
+            _ => self.converted(count, stored, endian)?,
         };
         self.check_tail(count as u64 * stored.bytes() as u64, tail)?;
         Ok(voxels)
@@ -113,28 +102,52 @@ impl Source {
         })
     }
 
-    /// 64-bit integers, kept in 32 bits; a value that does not fit is an error.
-    fn narrow(&mut self, count: usize, stored: Stored, endian: Endian) -> Result<Voxels> {
+    /// Numbers that are kept in another type; one that does not fit it is an error.
+    fn converted(&mut self, count: usize, stored: Stored, endian: Endian) -> Result<Voxels> {
         let mut voxels = Voxels::zeros(stored.voxel_type(), count);
-        let mut chunk = [0u8; 8 * 1024];
-        let total = count as u64 * 8;
-        for first in (0..count).step_by(1024) {
-            let n = (count - first).min(1024);
-            self.read_exact_into(&mut chunk[..n * 8], first as u64 * 8, total)?;
-            for (i, bytes) in chunk[..n * 8].chunks_exact(8).enumerate() {
-                let word = endian.u64(bytes);
-                let value = if stored == Stored::U64 { i128::from(word) } else { i128::from(word as i64) };
-                let fits = match &mut voxels {
-                    Voxels::U32(v) => u32::try_from(value).map(|x| v[first + i] = x).is_ok(),
-                    Voxels::I32(v) => i32::try_from(value).map(|x| v[first + i] = x).is_ok(),
-                    _ => false,
-                };
-                if !fits {
-                    let at = first + i;
-                    return Err(self.fault(format!("voxel {at} is {value} ({stored}): it does not fit {}", stored.voxel_type())));
-                }
-            }
+        let size = stored.bytes();
+        let mut chunk = [0u8; 16 * 1024];
+        let whole = chunk.len() / size;
+        let total = count as u64 * size as u64;
+        for first in (0..count).step_by(whole) {
+            let bytes = &mut chunk[..(count - first).min(whole) * size];
+            self.read_exact_into(bytes, (first * size) as u64, total)?;
+            stored.put(endian, bytes, &mut voxels, first).map_err(|e| too_large(&self.path, stored, first, e))?;
         }
+        Ok(voxels)
+    }
+
+    /// The numbers of `dims` voxels of `components` each, one voxel after the other: those from `keep` on, as many as `kept` has. The
+    /// others are passed over.
+    ///
+    /// # Errors
+    /// As [`Source::voxels`].
+    pub(in crate::volume::io) fn interleaved(
+        &mut self,
+        dims: [usize; 3],
+        stored: Stored,
+        endian: Endian,
+        (components, keep): (usize, Range<usize>),
+        tail: Tail,
+    ) -> Result<Voxels> {
+        let size = stored.bytes();
+        let each = components.saturating_mul(size);
+        let kept = keep.len();
+        let count = self.weigh([dims[0].saturating_mul(kept), dims[1], dims[2]], stored, 0)? / kept;
+        self.claim(dims, Stored::Native(VoxelType::U8), each as u64)?;
+        let mut voxels = Voxels::zeros(stored.voxel_type(), count * kept);
+        let total = count as u64 * each as u64;
+        let whole = (CHUNK / each).max(1);
+        let mut chunk = vec![0u8; whole * each];
+        let mut picked = Vec::with_capacity(whole * kept * size);
+        for first in (0..count).step_by(whole) {
+            let bytes = &mut chunk[..(count - first).min(whole) * each];
+            self.read_exact_into(bytes, first as u64 * each as u64, total)?;
+            picked.clear();
+            bytes.chunks_exact(each).for_each(|voxel| picked.extend_from_slice(&voxel[keep.start * size..keep.end * size]));
+            stored.put(endian, &picked, &mut voxels, first * kept).map_err(|e| too_large(&self.path, stored, first * kept, e))?;
+        }
+        self.check_tail(total, tail)?;
         Ok(voxels)
     }
 
@@ -175,7 +188,7 @@ impl Source {
         if rest.len() <= padding && rest.iter().all(blank) {
             return Ok(());
         }
-        let held = if self.is_packed() {
+        let held = if self.is_packed() || self.is_pipe() {
             // Only a part is inflated: a small file may have been made to inflate to gigabytes.
             let more = self.peek(1 << 20)?.len() as u64;
             let least = if more >= 1 << 20 { "at least " } else { "" };
@@ -185,6 +198,54 @@ impl Source {
         };
         Err(self.fault(format!("the voxels should take {total} bytes, there are {held}: wrong dimensions or type?")))
     }
+}
+
+/// How many voxels `dims` of `stored` are, where the limit allows what they take in memory.
+fn within_limit(path: &Path, limits: &Limits, dims: [usize; 3], stored: Stored) -> Result<usize> {
+    // Three factors of at most 2^64 do not fit in u128 either: saturate, any limit is far below.
+    let count = dims.iter().fold(1u128, |a, &n| a.saturating_mul(n as u128));
+    let memory = count.saturating_mul(stored.voxel_type().bytes() as u128);
+    let limit = u128::from(limits.voxel_bytes);
+    if memory > limit || usize::try_from(memory).is_err() {
+        let [x, y, z] = dims;
+        let what = format!("{}: bytes of {x} x {y} x {z} voxels of {stored}", path.display());
+        return Err(Error::Limit { what, needed: memory, limit });
+    }
+    Ok(count as usize)
+}
+
+/// `count`, where the machine has the memory for so many voxels; else an error, where the allocator would end the process.
+fn with_memory(path: &Path, count: usize, [x, y, z]: [usize; 3], stored: Stored) -> Result<usize> {
+    let memory = count * stored.voxel_type().bytes();
+    let mut probe: Vec<u8> = Vec::new();
+    if probe.try_reserve_exact(memory).is_err() {
+        let what = format!("{x} x {y} x {z} voxels of {stored} take {memory} bytes: this machine does not give that much memory");
+        return Err(Error::format(path, what));
+    }
+    Ok(count)
+}
+
+/// Zeros for `dims` voxels of `stored`, whose bytes come from several places (`path` and others): checked against the limits, and against the
+/// `most` bytes that those places can give at all.
+///
+/// # Errors
+/// [`Error::Limit`] when they would take too much memory, [`Error::Format`] when there are not so many bytes.
+pub(in crate::volume::io) fn room(path: &Path, limits: &Limits, dims: [usize; 3], stored: Stored, most: u64) -> Result<Voxels> {
+    let count = within_limit(path, limits, dims, stored)?;
+    let needed = count as u128 * stored.bytes() as u128;
+    if needed > u128::from(most) {
+        let [x, y, z] = dims;
+        return Err(Error::format(
+            path,
+            format!("{x} x {y} x {z} voxels of {stored} take {needed} bytes, there cannot be more than {most}"),
+        ));
+    }
+    Ok(Voxels::zeros(stored.voxel_type(), with_memory(path, count, dims, stored)?))
+}
+
+/// What is said of a number that does not fit; `first` came before those that were put.
+pub(in crate::volume::io) fn too_large(path: &Path, stored: Stored, first: usize, TooLarge { index, value }: TooLarge) -> Error {
+    Error::format(path, format!("voxel {} is {value} ({stored}): it does not fit {}", first + index, stored.voxel_type()))
 }
 
 /// `count` voxels from byte `first` of `file` on, where it can be mapped so.
