@@ -110,7 +110,7 @@ fn nrrd_cases(s: &Sample) -> Vec<Case> {
         case("vector-few.nrrd", vector("(1,0,0) (0,1,0)"), &["2 directions"]),
         case("origin.nrrd", plain("2 2 2", "space origin: (0,up,0)") + "12345678", &["space origin", "\"up\""]),
         case("space.nrrd", plain("2 2 2", "space: inside-out") + "12345678", &["inside-out"]),
-        case("four.nrrd", head("type: uchar\ndimension: 4\nsizes: 3 4 5 6\nencoding: raw"), &["4 dimensions", "size 6"]),
+        case("four.nrrd", head("type: uchar\ndimension: 4\nsizes: 3 4 5 6\nencoding: raw"), &["6 frames", "360 bytes", "holds 0"]),
         case("block.nrrd", head("type: block\ndimension: 3\nsizes: 1 1 1\nencoding: raw"), &["block"]),
         case("bzip2.nrrd", head("type: uchar\ndimension: 3\nsizes: 1 1 1\nencoding: bzip2"), &["bzip2"]),
         case("skip.nrrd", plain("1 1 1", "byte skip: 99") + "x", &["99", "1 follow"]),
@@ -119,8 +119,8 @@ fn nrrd_cases(s: &Sample) -> Vec<Case> {
         case("missing.nhdr", plain("1 1 1", "data file: nowhere.raw"), &["nowhere.raw", "No such file"]),
         case("above.nhdr", plain("1 1 1", "data file: ../../../../nowhere.raw"), &["nowhere.raw", "No such file"]),
         case("folder.nhdr", plain("1 1 1", "data file: ."), &["directory"]),
-        case("list.nhdr", plain("1 1 1", "data file: LIST\na.raw"), &["several files"]),
-        case("pattern.nhdr", plain("1 1 1", "data file: a%03d.raw 1 9 1"), &["several files", "a%03d"]),
+        case("list.nhdr", plain("1 1 1", "data file: LIST\na.raw"), &["a.raw", "No such file"]),
+        case("pattern.nhdr", plain("1 1 1", "data file: a%03d.raw 1 9 1"), &["1 bytes", "9 files"]),
         case("ascii-word.nrrd", ascii("1 2 three 4"), &["voxel 2", "three", "i16"]),
         case("ascii-range.nrrd", ascii("1 2 70000 4"), &["voxel 2", "70000"]),
         case("ascii-half.nrrd", ascii("1 2 3.5 4"), &["voxel 2", "3.5"]),
@@ -145,19 +145,15 @@ fn nifti_cases(s: &Sample) -> Vec<Case> {
         bytes
     };
     let magic = |m: &[u8; 4]| join(&[&nifti_header(s, LE, m), &[0; 200]]);
-    let mut quatern = float(256, 3.0);
-    put_i16(&mut quatern, 252, 1, LE);
     let mut huge = good.clone();
     (1..4).for_each(|i| put_i16(&mut huge, 40 + 2 * i, 2500, LE));
-    let mut sform = float(300, f32::NAN);
-    put_i16(&mut sform, 254, 1, LE);
     let mut inter = float(112, 2.0);
     put_f32(&mut inter, 116, f32::INFINITY, LE);
     vec![
         case("header.nii", &good[..100], &["348 bytes", "100"]),
         case("short.nii", &good[..400], &["120 bytes", "48"]),
         case("magic.nii", magic(b"n+9\0"), &["n+9"]),
-        case("analyze.hdr", magic(b"\0\0\0\0"), &["ANALYZE"]),
+        case("analyze.hdr", magic(b"\0\0\0\0"), &["analyze.img", "No such file"]),
         case("nothing.nii", [7; 400], &["348", "117901063"]),
         case("dim0.nii", short(40, 9), &["dim[0]", "9"]),
         case("dim-zero.nii", short(44, 0), &["dim[2]", "0"]),
@@ -169,12 +165,12 @@ fn nifti_cases(s: &Sample) -> Vec<Case> {
                 put_i16(&mut bytes, 48, 20, LE);
                 bytes
             },
-            &["dim[4]", "20"],
+            &["20 frames", "2400 bytes", "holds 120"],
         ),
         case("claims.nii", &huge, &["15625000000", "holds 120"]),
         case("claims.nii.gz", gz(&huge), &["15625000000", "compressed bytes"]),
-        case("type.nii", short(70, 128), &["128", "RGB"]),
-        case("complex.nii", short(70, 32), &["32", "complex"]),
+        case("type.nii", short(70, 128), &["bitpix is 8", "24 bits"]),
+        case("complex.nii", short(70, 32), &["bitpix", "complex64", "64 bits"]),
         case("bitpix.nii", short(72, 16), &["bitpix", "16"]),
         case("pixdim.nii", float(80, f32::NAN), &["pixdim[1]", "NaN"]),
         case("offset.nii", float(108, f32::NAN), &["vox_offset", "NaN"]),
@@ -182,14 +178,11 @@ fn nifti_cases(s: &Sample) -> Vec<Case> {
         case("offset-part.nii", float(108, 352.5), &["vox_offset", "352.5"]),
         case("offset-far.nii", float(108, 1e9), &["999999652", "124"]),
         case("offset-absurd.nii", float(108, 1e30), &["vox_offset"]),
-        case("sform.nii", sform, &["srow", "NaN"]),
-        case("sform-flat.nii", short(254, 1), &["spacing along axis 0 is 0"]),
-        case("quatern.nii", quatern, &["quatern 3"]),
         case("inter.nii", inter, &["scl_inter", "inf"]),
         case("pair.hdr", magic(b"ni1\0"), &["pair.img", "No such file"]),
-        case("pair.nii", magic(b"ni1\0"), &["ni1", ".hdr"]),
+        case("pair.nii", magic(b"ni1\0"), &[".img", ".hdr"]),
         case("short-pair.hdr", magic(b"ni1\0"), &["120 bytes", "5"]).beside("short-pair.img", b"short"),
-        case("two.nii", join(&[&[28, 2, 0, 0], b"n+2\0", &[0; 540]]), &["NIfTI-2"]),
+        case("two.nii", join(&[&[28, 2, 0, 0], b"n+2\0", &[0; 540]]), &["datatype is 0"]),
     ]
 }
 
@@ -213,7 +206,7 @@ fn text_cases(s: &Sample) -> Vec<Case> {
         case("overflow.mha", header("16777216 16777216 16777216"), &["16777216"]),
         case("axis.mha", header("1000000000 1 1"), &["1000000000"]),
         case("type.mha", meta_header(s, LE, "", "LOCAL").replace("MET_SHORT", "MET_STRING"), &["ElementType", "MET_STRING"]),
-        case("channels.mha", local("ElementNumberOfChannels = 3\n"), &["ElementNumberOfChannels", "3"]),
+        case("channels.mha", local("ElementNumberOfChannels = 3\n"), &["3 channels", "720 bytes", "holds 240"]),
         case("object.mha", "ObjectType = Tube\nNDims = 3\nElementDataFile = LOCAL\n", &["Tube"]),
         case("nan.mha", local("Offset = 0 nan 0\n"), &["Offset", "nan"]),
         case("matrix.mha", local("TransformMatrix = 1 0 0 0 1 0 0 0\n"), &["TransformMatrix", "8 numbers"]),
@@ -231,12 +224,12 @@ fn text_cases(s: &Sample) -> Vec<Case> {
         ),
         case("slope.mha", local("ElementToIntensityFunctionSlope = 0\n"), &["slope 0"]),
         case("missing.mhd", meta_header(s, LE, "", "nowhere.raw"), &["nowhere.raw", "No such file"]),
-        case("list.mhd", meta_header(s, LE, "", "LIST"), &["several files"]),
+        case("list.mhd", meta_header(s, LE, "", "LIST"), &["LIST"]),
         case("folder.mhd", meta_header(s, LE, "", "/"), &["directory"]),
         case("short.mhd", meta_header(s, LE, "", "short.raw"), &["240 bytes", "5"]).beside("short.raw", b"short"),
         case("end.mhd", meta_header(s, LE, "HeaderSize = -1\n", "end.raw"), &["240 bytes", "5"]).beside("end.raw", b"short"),
         case("skip.mhd", meta_header(s, LE, "HeaderSize = -5\n", "skip.raw"), &["HeaderSize", "-5"]).beside("skip.raw", b"short"),
-        case("four.mha", "NDims = 4\nDimSize = 2 2 2 5\nElementType = MET_UCHAR\nElementDataFile = LOCAL\n", &["dimension 4", "size 5"]),
+        case("four.mha", "NDims = 4\nDimSize = 2 2 2 5\nElementType = MET_UCHAR\nElementDataFile = LOCAL\n", &["5 frames", "40 bytes"]),
         case("alone.vtk", "# vtk DataFile Version 3.0\n", &["ASCII", "BINARY"]),
         case("encoding.vtk", "# vtk DataFile Version 3.0\nt\nMORSE\n", &["MORSE"]),
         case("grid.vtk", "# vtk DataFile Version 3.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\n", &["UNSTRUCTURED_GRID"]),
@@ -250,8 +243,8 @@ fn text_cases(s: &Sample) -> Vec<Case> {
         case("long.vtk", scalars("8", "char") + "123456789", &["8 bytes", "9"]),
         case("cut.vtk", &binary[..binary.len() - 30], &["240 bytes"]),
         case("bit.vtk", scalars("8", "bit") + "1", &["bit"]),
-        case("colours.vtk", points("DIMENSIONS 2 2 2\nPOINT_DATA 8\nSCALARS s float 3\n"), &["3 components"]),
-        case("vectors.vtk", points("DIMENSIONS 2 2 2\nPOINT_DATA 8\nVECTORS v float\n"), &["VECTORS"]),
+        case("colours.vtk", points("DIMENSIONS 2 2 2\nPOINT_DATA 8\nSCALARS s float 3\n"), &["3 f32 take 96 bytes", "holds 0"]),
+        case("vectors.vtk", points("DIMENSIONS 2 2 2\nPOINT_DATA 8\nVECTORS v float\n"), &["voxels", "holds 0"]),
         case("spacing.vtk", points("SPACING 1 nan 1\n"), &["SPACING", "nan"]),
         case("claims.vtk", points("DIMENSIONS 2000 2000 2000\nPOINT_DATA 8000000000\nSCALARS s char\n") + "x", &["8000000000", "holds 1"]),
     ]
@@ -291,13 +284,13 @@ fn numpy_cases(s: &Sample) -> Vec<Case> {
         case("no-shape.npy", npy_raw(1, "{'descr': '<i2', 'fortran_order': False}", &[]), &["'shape'"]),
         case("no-descr.npy", npy_raw(1, "{'shape': (1, 1, 1), 'fortran_order': False}", &[]), &["'descr'"]),
         case("order.npy", npy_raw(1, "{'descr': '<i2', 'fortran_order': Perhaps, 'shape': (1, 1, 1)}", &[]), &["Perhaps"]),
-        case("half.npy", with("'<f2'", "(1, 2, 3)"), &["<f2"]),
+        case("long-double.npy", with("'<f16'", "(1, 2, 3)"), &["<f16"]),
         case("object.npy", with("'|O'", "(1, 2, 3)"), &["|O"]),
         case("text.npy", with("'<U3'", "(1, 2, 3)"), &["<U3"]),
         case("record.npy", with("[('a', '<i2')]", "(1, 2, 3)"), &["records"]),
         case("vector.npy", with("'<i2'", "(12,)"), &["1 dimensions", "12"]),
         case("point.npy", with("'<i2'", "()"), &["0 dimensions"]),
-        case("four.npy", with("'|u1'", "(2, 3, 2, 2)"), &["4 dimensions", "axis 0 has size 2"]),
+        case("five.npy", with("'|u1'", "(2, 2, 3, 2, 1, 2)"), &["6 dimensions", "axis 0 has size 2"]),
         case("zero.npy", with("'<i2'", "(1, 0, 3)"), &["at least 1", "(1, 0, 3)"]),
         case("negative.npy", with("'<i2'", "(1, -2, 3)"), &["-2"]),
         case("claims.npy", with("'<i2'", "(1000, 2000, 3000)"), &["12000000000", "holds 24"]),

@@ -154,7 +154,8 @@ impl Volume {
         }
         let file = if self.name().is_empty() { String::new() } else { format!("{}: ", self.name()) };
         Err(Error::invalid(format!(
-            "{file}RGBA voxels cannot be rendered: a transfer function classifies one number a voxel, these have {}",
+            "{file}RGBA voxels cannot be rendered: a transfer function classifies one number a voxel, these have {} (volume.channel = 0 reads the \
+             first of them from a file)",
             self.channels().count()
         )))
     }

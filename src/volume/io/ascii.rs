@@ -34,6 +34,19 @@ pub(super) fn voxels(source: &mut Source, dims: [usize; 3], stored: Stored, sect
     Ok(voxels)
 }
 
+/// Passes over `count` numbers.
+///
+/// # Errors
+/// When there are fewer.
+pub(super) fn pass(source: &mut Source, count: usize) -> Result<()> {
+    for at in 0..count {
+        if token(source)?.is_none() {
+            return Err(source.fault(format!("the header asks for {count} numbers, only {at} are there")));
+        }
+    }
+    Ok(())
+}
+
 fn exactly_one_short(source: &Source, dims: [usize; 3]) -> bool {
     let count = dims.iter().fold(1u128, |a, &n| a.saturating_mul(n as u128));
     count.saturating_mul(2).checked_sub(1) == Some(u128::from(source.left()))

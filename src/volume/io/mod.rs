@@ -2,11 +2,11 @@
 //!
 //! | format | files | what is read |
 //! |---|---|---|
-//! | NRRD | `.nrrd`, `.nhdr` | raw, gzip and ascii; data in the file or beside it; both byte orders; oblique axes |
-//! | NIfTI-1 | `.nii`, `.hdr`, `.img` | one file or a pair; both byte orders; sform, qform; rescale |
-//! | MetaImage | `.mha`, `.mhd` | raw, zlib and ascii; data in the file or beside it; both byte orders; oblique axes |
-//! | VTK legacy | `.vtk` | structured points, binary and ascii, scalars of points or cells |
-//! | NumPy | `.npy` | three dimensions (z, y, x), C and Fortran order, both byte orders |
+//! | NRRD | `.nrrd`, `.nhdr` | raw, gzip, bzip2, hex and ascii; data in the file, beside it or in many; oblique axes; colours, channels, frames |
+//! | NIfTI | `.nii`, `.hdr`, `.img` | versions 1 and 2, ANALYZE 7.5; one file or a pair; sform, qform; rescale; colours, channels, frames |
+//! | MetaImage | `.mha`, `.mhd` | raw, zlib and ascii; data in the file, beside it or in many; both byte orders; oblique axes; colours, channels, frames |
+//! | VTK legacy | `.vtk` | structured points, binary and ascii; arrays of points or cells by name; colours, channels |
+//! | NumPy | `.npy` | (z, y, x), (frame, z, y, x) or bytes of (z, y, x, colour); C and Fortran order, both byte orders |
 //! | NumPy archive | `.npz` | its first array of three dimensions, stored or deflated |
 //! | VolVis | `.dat` | three dimensions, then little-endian u16 voxels; known by its exact length |
 //!
@@ -28,6 +28,8 @@ mod dat;
 mod field;
 mod folder;
 mod gzip;
+mod hex;
+mod layout;
 mod metaimage;
 mod nifti;
 mod npy;
@@ -38,6 +40,7 @@ mod reader;
 mod reading;
 mod refused;
 mod source;
+mod spread;
 mod store;
 mod stored;
 mod vtk;

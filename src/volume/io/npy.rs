@@ -1,26 +1,28 @@
 //! NumPy arrays, `.npy` versions 1 to 3: a Python dictionary in text, then the numbers.
 //!
 //! Source of the format: <https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html>. The axes are (z, y, x);
-//! further axes of size 1 are dropped, and two axes are one slice. An uncompressed file may be longer than its header says, as in
+//! further axes of size 1 are dropped, two axes are one slice, a fourth one in front is of frames, and 3 or 4 bytes behind are a colour. An uncompressed file may be longer than its header says, as in
 //! NumPy. Of the dictionary only three keys matter, all of a simple form: a scanner finds them without a parser of Python.
 
 use super::field::{named, shown};
+use super::layout::{Encoding, Layout};
 use super::reader::{Certainty, Reader};
-use super::reading::Reading;
+use super::reading::{Item, Part, Reading};
 use super::source::{Source, Tail, scatter_z_fastest};
 use super::store::Store;
 use super::{Endian, Stored};
 use crate::Result;
 use crate::volume::{Grid, Volume, Voxel, VoxelType, Voxels, with_voxels};
+use std::path::Path;
 
 pub(super) const READER: Reader = Reader {
     name: "NumPy",
     extensions: &["npy"],
-    reads: "three dimensions (z, y, x), C and Fortran order, both byte orders",
-    parts: &[],
+    reads: "(z, y, x), (frame, z, y, x) or bytes of (z, y, x, colour); C and Fortran order, both byte orders",
+    parts: &[Part::Frame, Part::Channel],
     probe: |clues| if clues.has(0, MAGIC) { Certainty::Magic } else { Certainty::No },
     read,
-    list: None,
+    list: Some(list),
 };
 
 const MAGIC: &[u8] = b"\x93NUMPY";
@@ -66,39 +68,50 @@ impl Header {
         self.shape.iter().fold(self.stored.bytes() as u64, |a, &n| a.saturating_mul(n as u64))
     }
 
-    /// x, y, z; `None` when the array is no volume.
-    pub(super) fn dims(&self) -> Option<[usize; 3]> {
+    /// The axes: x, y and z; before them 3 or 4 bytes a voxel, which are a colour; behind them frames. `None` when the array is no volume.
+    pub(super) fn layout(&self, path: &Path) -> Option<Layout> {
         let mut sizes = self.shape.clone();
+        let bytes = self.stored == Stored::from(VoxelType::U8);
+        let color = sizes.last().copied().filter(|&n| bytes && !self.fortran && sizes.len() > 3 && matches!(n, 3 | 4));
+        if color.is_some() {
+            sizes.pop();
+        }
         while sizes.len() > 3 {
-            let single = sizes.iter().position(|&n| n == 1)?;
+            let Some(single) = sizes.iter().position(|&n| n == 1) else { break };
             sizes.remove(single);
         }
-        match sizes[..] {
-            [z, y, x] => Some([x, y, z]),
-            [y, x] => Some([x, y, 1]),
-            _ => None,
-        }
+        let (frames, dims) = match sizes[..] {
+            [z, y, x] => (1, [x, y, z]),
+            [y, x] => (1, [x, y, 1]),
+            [t, z, y, x] if !self.fortran => (t, [x, y, z]),
+            _ => return None,
+        };
+        Some(Layout::of_space(path, dims).inner(Part::Channel, color.unwrap_or(1), true).outer(Part::Frame, frames))
     }
 
     /// What is wrong with an array that has no [`Header::dims`].
     pub(super) fn no_volume(&self) -> String {
         let axis = if self.shape.len() > 3 { format!(", axis 0 has size {}", self.shape[0]) } else { String::new() };
-        format!("an array of {} dimensions {:?}{axis}: 3 are needed (z, y, x)", self.shape.len(), self.shape)
+        format!("an array of {} dimensions {:?}{axis}: 3 are needed (z, y, x), or 4 (frame, z, y, x)", self.shape.len(), self.shape)
     }
 
     /// Reads the numbers that follow the header.
-    pub(super) fn volume(&self, source: &mut Source) -> Result<Volume> {
-        let dims = self.dims().ok_or_else(|| source.fault(self.no_volume()))?;
+    pub(super) fn volume(&self, source: &mut Source, reading: &Reading) -> Result<Volume> {
+        let layout = self.layout(source.path()).ok_or_else(|| source.fault(self.no_volume()))?;
+        let dims = layout.dims;
         let grid = named(source.path(), Grid::with_spacing(dims, [1.0; 3]))?;
-        let voxels = match (self.fortran, self.stored) {
-            (false, _) => source.voxels(dims, self.stored, self.endian, Tail::Ignored)?,
-            (true, Stored::Native(kind)) => {
+        if !self.fortran {
+            return layout.volume(source, (self.stored, Encoding::Binary(self.endian)), Tail::Ignored, grid, reading);
+        }
+        layout.check(reading)?;
+        let voxels = match self.stored {
+            Stored::Native(kind) => {
                 let voxels = scatter_z_fastest(source, dims, kind, self.endian)?;
                 source.check_tail(self.data_bytes(), Tail::Ignored)?;
                 voxels
             }
-            (true, _) => {
-                // Numbers of 64 bits are kept in 32, so the voxels in both orders take no more memory than the file has bytes.
+            _ => {
+                // Numbers that are kept in another type are read as they come, then put in their order.
                 let [x, y, z] = dims;
                 let turned = source.voxels([z, y, x], self.stored, self.endian, Tail::Ignored)?;
                 with_voxels!(&turned, v => turn(v, dims))
@@ -153,6 +166,9 @@ fn descr(source: &Source, text: &str) -> Result<(Stored, Endian)> {
         "i4" => I32.into(),
         "u8" => Stored::U64,
         "i8" => Stored::I64,
+        "f2" => Stored::F16,
+        "c8" => Stored::Complex64,
+        "c16" => Stored::Complex128,
         "f4" => F32.into(),
         "f8" => F64.into(),
         _ => return Err(source.fault(format!("descr is {}: numbers of this type are not supported", shown(quoted)))),
@@ -174,7 +190,13 @@ fn shape(source: &Source, text: &str) -> Result<Vec<usize>> {
         .collect()
 }
 
-fn read(store: Store, _: &Reading) -> Result<Volume> {
+fn list(store: Store, reading: &Reading) -> Result<Vec<Item>> {
     let mut source = store.source()?;
-    Header::read(&mut source)?.volume(&mut source)
+    let header = Header::read(&mut source)?;
+    header.layout(source.path()).ok_or_else(|| source.fault(header.no_volume()))?.list(reading)
+}
+
+fn read(store: Store, reading: &Reading) -> Result<Volume> {
+    let mut source = store.source()?;
+    Header::read(&mut source)?.volume(&mut source, reading)
 }

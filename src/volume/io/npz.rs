@@ -185,7 +185,7 @@ impl Read for Checked {
     }
 }
 
-fn read(store: Store, _: &Reading) -> Result<Volume> {
+fn read(store: Store, reading: &Reading) -> Result<Volume> {
     // A zip file is read from its end.
     let archive = Archive(store.places("a zip archive")?);
     let path = archive.0.path();
@@ -207,7 +207,7 @@ fn read(store: Store, _: &Reading) -> Result<Volume> {
             }
             header => header?,
         };
-        if header.shape.len() < 3 || header.dims().is_none() {
+        if header.shape.len() < 3 || header.layout(path).is_none() {
             seen.push(format!("{stem} {:?}", header.shape));
             continue;
         }
@@ -217,7 +217,7 @@ fn read(store: Store, _: &Reading) -> Result<Volume> {
                 .0
                 .fault(format!("{:?} takes {claimed} bytes by its header, {} by the zip directory", entry.name, entry.unpacked)));
         }
-        let volume = header.volume(&mut source)?;
+        let volume = header.volume(&mut source, reading)?;
         // One array needs no name; among several, say which it is.
         let name = if arrays.len() == 1 { path.display().to_string() } else { format!("{}:{stem}", path.display()) };
         return Ok(volume.with_name(name));

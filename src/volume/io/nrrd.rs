@@ -6,13 +6,15 @@
 //! The spaces `left-anterior-superior` and `3D-left-handed` are left-handed, the world here is right-handed: their x axis is
 //! mirrored, which makes the first a right-anterior-superior space.
 
-use super::field::{Field, complete, grid, named, shown};
+use super::field::{Field, complete, grid, shown};
+use super::layout::{Encoding, Layout};
 use super::reader::{Certainty, Reader};
-use super::reading::Reading;
+use super::reading::{Item, Part, Reading};
 use super::source::{Source, Tail};
+use super::spread::{self, Pattern};
 use super::store::Store;
-use super::{Endian, Stored, ascii};
-use crate::volume::{Modality, Space, Volume, VoxelType};
+use super::{Endian, Stored};
+use crate::volume::{Grid, Modality, Space, Volume, VoxelType};
 use crate::{Error, Result};
 use glam::{DMat3, DVec3};
 use std::path::Path;
@@ -20,11 +22,11 @@ use std::path::Path;
 pub(super) const READER: Reader = Reader {
     name: "NRRD",
     extensions: &["nrrd", "nhdr"],
-    reads: "raw, gzip and ascii; data in the file or beside it; both byte orders; oblique axes",
-    parts: &[],
+    reads: "raw, gzip, bzip2, hex and ascii; data in the file, beside it or in many; oblique axes; colours, channels, frames",
+    parts: &[Part::Frame, Part::Channel],
     probe: |clues| if clues.has(0, b"NRRD") { Certainty::Magic } else { clues.by_name(READER.extensions) },
     read,
-    list: None,
+    list: Some(list),
 };
 
 /// The header's fields by key, keys in lower case without spaces (`space directions` = `spacedirections`).
@@ -36,7 +38,9 @@ struct Header {
 impl Header {
     fn read(source: &mut Source) -> Result<Self> {
         let magic = source.line()?.unwrap_or_default();
-        if !matches!(magic.strip_prefix("NRRD000"), Some("1" | "2" | "3" | "4" | "5" | "6")) {
+        // The format's first version was called so.
+        let known = magic.trim_end() == "NRRD00.01";
+        if !known && !matches!(magic.trim_end().strip_prefix("NRRD000"), Some("1" | "2" | "3" | "4" | "5" | "6")) {
             return Err(source.fault(format!("the first line is {}, not NRRD0001 to NRRD0006", shown(&magic))));
         }
         let mut header = Self { fields: Vec::new(), modality: Modality::Unknown };
@@ -99,32 +103,78 @@ fn voxel_type(field: Field) -> Result<Stored> {
     })
 }
 
-/// Which of the file's axes are x, y and z.
+/// What the file's axes are.
 struct Axes {
-    dims: [usize; 3],
+    layout: Layout,
     /// For x, y and z, the number of the file's axis; `None` where the file has fewer axes.
     source: [Option<usize>; 3],
     /// Number of axes in the file.
     count: usize,
 }
 
-/// Three axes out of `sizes`. Where there are more, axes of size 1 are dropped: first those without a direction, then the last ones.
-fn three_axes(field: Field, directions: Option<&[Option<Vec<f64>>]>) -> Result<Axes> {
-    let sizes = field.sizes()?;
-    let mut kept: Vec<usize> = (0..sizes.len()).collect();
-    while kept.len() > 3 {
-        let single = |a: &usize| sizes[*a] == 1;
-        let spatial = |a: &usize| directions.is_none_or(|d| d.get(*a).is_some_and(Option::is_some));
-        let out = kept.iter().rposition(|a| single(a) && !spatial(a)).or_else(|| kept.iter().rposition(single));
-        let Some(out) = out else {
-            let extra = kept.iter().rev().find(|a| !spatial(a)).or(kept.last()).copied().unwrap_or(0);
-            let what = format!("{} dimensions; axis {extra} has size {}, only 3 may be over 1", sizes.len(), sizes[extra]);
-            return Err(field.fault(what));
-        };
-        kept.remove(out);
+/// What the word in `kinds` says of an axis: `Some(true)` for a colour, `Some(false)` for other numbers that a voxel has several of; `None` for
+/// an axis of space or time, or where it says nothing.
+fn of_channels(kind: &str) -> Option<bool> {
+    match kind.to_ascii_lowercase().as_str() {
+        "rgb-color" | "rgba-color" | "3-color" | "4-color" => Some(true),
+        "domain" | "space" | "time" | "none" | "???" | "" | "list" | "stub" | "scalar" => None,
+        // Vectors, complex numbers, matrices, quaternions, colours that are not red, green and blue.
+        _ => Some(false),
     }
-    let source = std::array::from_fn(|i| kept.get(i).copied());
-    Ok(Axes { dims: source.map(|a| a.map_or(1, |a| sizes[a])), source, count: sizes.len() })
+}
+
+impl Axes {
+    fn of(path: &Path, sizes: Field, kinds: Option<Field>, directions: Option<&[Option<Vec<f64>>]>) -> Result<Self> {
+        let given = sizes.sizes()?;
+        let words: Vec<&str> = kinds.map(|k| k.value.split_ascii_whitespace().collect()).unwrap_or_default();
+        if let Some(kinds) = kinds.filter(|_| words.len() != given.len()) {
+            return Err(kinds.fault(format!("{} kinds for {} dimensions", words.len(), given.len())));
+        }
+        let kind = |axis: usize| words.get(axis).copied().unwrap_or_default();
+        let listed = |axis: usize| kind(axis).eq_ignore_ascii_case("list") || kind(axis).eq_ignore_ascii_case("time");
+        // Directions, where there are any, tell the axes of space from others.
+        let placed = directions.is_some_and(|d| d.iter().any(Option::is_some));
+        let aside = |axis: usize| {
+            let spatial = kind(axis).eq_ignore_ascii_case("space") || kind(axis).eq_ignore_ascii_case("domain");
+            let unplaced = placed && !spatial && directions.is_some_and(|d| d.get(axis).is_some_and(Option::is_none));
+            of_channels(kind(axis)).is_some() || listed(axis) || unplaced
+        };
+        let mut kept: Vec<usize> = (0..given.len()).filter(|&axis| !(aside(axis) && given.len() > 1)).collect();
+        let mut others: Vec<usize> = (0..given.len()).filter(|axis| !kept.contains(axis)).collect();
+        // More than three are left where nothing tells: axes of size 1 go first, then a short first axis, then the last one.
+        while kept.len() > 3 {
+            let out = kept.iter().rposition(|&a| given[a] == 1).unwrap_or_else(|| {
+                let short = given[kept[0]] <= 4 && kept[1..].iter().all(|&a| given[a] > 4);
+                if short { 0 } else { kept.len() - 1 }
+            });
+            others.push(kept.remove(out));
+        }
+        others.sort_unstable();
+        let source: [Option<usize>; 3] = std::array::from_fn(|i| kept.get(i).copied());
+        let mut layout = Layout::of_space(path, source.map(|a| a.map_or(1, |a| given[a])));
+        let (first, last) = (kept.first().copied().unwrap_or(0), kept.last().copied().unwrap_or(0));
+        let mut fast = 0;
+        for &axis in others.iter().filter(|&&a| given[a] > 1) {
+            let part = match of_channels(kind(axis)) {
+                Some(_) => Part::Channel,
+                None if !listed(axis) && axis < first => Part::Channel,
+                None => Part::Frame,
+            };
+            if axis < first {
+                fast += 1;
+                // Without a word three or four bytes in front of the axes of space are not known to be a colour.
+                layout = layout.inner(part, given[axis], of_channels(kind(axis)) == Some(true));
+            } else if axis > last {
+                layout = layout.outer(part, given[axis]);
+            } else {
+                return Err(sizes.fault(format!("axis {axis}, of size {}, lies between axes of space: not supported", given[axis])));
+            }
+        }
+        if fast > 1 {
+            return Err(sizes.fault(format!("{fast} axes stand before those of space: only one is supported")));
+        }
+        Ok(Self { layout, source, count: given.len() })
+    }
 }
 
 fn vector(field: Field, numbers: &[f64]) -> Result<DVec3> {
@@ -164,10 +214,12 @@ fn geometry(header: &Header, path: &Path, axes: &Axes, directions: Option<Vec<Op
     };
     let mut origin = DVec3::ZERO;
     let mut steps = [None; 3];
-    if let (Some(field), Some(directions)) = (header.get(path, "space directions"), directions) {
-        if directions.len() != axes.count {
-            return Err(field.fault(format!("{} directions for {} dimensions", directions.len(), axes.count)));
-        }
+    let given = header.get(path, "space directions").zip(directions);
+    if let Some((field, directions)) = given.as_ref().filter(|(_, d)| d.len() != axes.count) {
+        return Err(field.fault(format!("{} directions for {} dimensions", directions.len(), axes.count)));
+    }
+    // Where no axis has a direction the spacings hold.
+    if let Some((field, directions)) = given.filter(|(_, d)| d.iter().any(Option::is_some)) {
         for (step, axis) in steps.iter_mut().zip(axes.source) {
             if let Some(Some(numbers)) = axis.map(|a| directions[a].as_ref()) {
                 *step = Some(vector(field, numbers)?);
@@ -181,7 +233,7 @@ fn geometry(header: &Header, path: &Path, axes: &Axes, directions: Option<Vec<Op
         let nodes = header.get(path, "centers").or(header.get(path, "centerings")).is_some_and(|c| c.value.contains("node"));
         for i in 0..3 {
             if let (Some(low), Some(high)) = (low[i], high[i]) {
-                let n = axes.dims[i] as f64;
+                let n = axes.layout.dims[i] as f64;
                 let step = if nodes { (high - low) / (n - 1.0).max(1.0) } else { (high - low) / n };
                 steps[i] = Some(DVec3::AXES[i] * step);
                 origin[i] = if nodes { low } else { low + step / 2.0 };
@@ -201,77 +253,167 @@ fn geometry(header: &Header, path: &Path, axes: &Axes, directions: Option<Vec<Op
     Ok((origin, steps, space))
 }
 
-/// The stream the voxels are in: the rest of this file, or the one the header names.
-fn open_data(header: &Header, mut source: Source, encoding: &str, data_bytes: Option<u64>) -> Result<Source> {
-    let path = source.path().to_path_buf();
-    if let Some(field) = header.get(&path, "data file").or(header.get(&path, "datafile")) {
-        let list = field.value.split_ascii_whitespace().next() == Some("LIST");
-        if list || (field.value.contains('%') && field.value.split_ascii_whitespace().count() > 3) {
-            return Err(field.fault("voxels spread over several files are not supported, join them into one"));
-        }
-        let limits = *source.limits();
-        source = Source::open_plain(&field.sibling(), &limits).map_err(|e| field.fault(e))?;
-    }
-    let skip = |key| header.get(&path, key).map_or(Ok(0), |f| f.integer());
-    let (lines, bytes) = (skip("line skip")?, skip("byte skip")?);
-    for _ in 0..lines {
-        if source.line()?.is_none() {
-            return Err(source.fault(format!("line skip is {lines}, the file has fewer lines")));
-        }
-    }
-    if encoding == "gzip" {
-        source = source.gunzip();
-    }
-    match (u64::try_from(bytes), data_bytes) {
-        (Ok(n), _) => source.skip(n)?,
-        (Err(_), Some(data)) if bytes == -1 && encoding == "raw" => {
-            let before = source
-                .left()
-                .checked_sub(data)
-                .ok_or_else(|| source.fault(format!("the voxels should take the last {data} bytes, the file holds {}", source.left())))?;
-            source.skip(before)?;
-        }
-        _ => return Err(source.fault(format!("byte skip is {bytes}: it must be 0 or more, or -1 with raw encoding"))),
-    }
-    Ok(source)
+/// How the bytes of the voxels are wrapped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Wrapping {
+    Raw,
+    Gzip,
+    Bzip2,
+    Hex,
+    Ascii,
 }
 
-fn read(store: Store, _: &Reading) -> Result<Volume> {
+impl Wrapping {
+    fn of(field: Field) -> Result<Self> {
+        Ok(match field.value.to_ascii_lowercase().as_str() {
+            "raw" => Self::Raw,
+            "gz" | "gzip" => Self::Gzip,
+            "bz2" | "bzip2" => Self::Bzip2,
+            "hex" => Self::Hex,
+            "txt" | "text" | "ascii" => Self::Ascii,
+            _ => return Err(field.fault("only raw, gzip, bzip2, hex and ascii are read")),
+        })
+    }
+
+    fn unwrap(self, source: Source) -> Source {
+        match self {
+            Self::Raw | Self::Ascii => source,
+            Self::Gzip => source.gunzip(),
+            Self::Bzip2 => source.bunzip2(),
+            Self::Hex => source.unhex(),
+        }
+    }
+}
+
+/// What is passed over in front of the voxels of a file.
+#[derive(Debug, Clone, Copy)]
+struct Skips {
+    lines: i64,
+    /// -1: all but as many bytes as the voxels take.
+    bytes: i64,
+}
+
+impl Skips {
+    fn of(header: &Header, path: &Path, wrapping: Wrapping) -> Result<Self> {
+        let skip = |key| header.get(path, key).map_or(Ok(0), |f| f.integer());
+        let skips = Self { lines: skip("line skip")?, bytes: skip("byte skip")? };
+        let back = skips.bytes == -1 && matches!(wrapping, Wrapping::Raw | Wrapping::Gzip | Wrapping::Bzip2);
+        if skips.bytes < 0 && !back {
+            let what = format!("byte skip is {}: it must be 0 or more, or -1 with raw, gzip or bzip2 encoding", skips.bytes);
+            return Err(Error::format(path, what));
+        }
+        Ok(skips)
+    }
+
+    /// `source` at its first voxel of `data` bytes of them. `again` opens the same file anew.
+    fn apply(self, mut source: Source, wrapping: Wrapping, data: u64, again: Option<&dyn Fn() -> Result<Source>>) -> Result<Source> {
+        for _ in 0..self.lines {
+            if source.line()?.is_none() {
+                return Err(source.fault(format!("line skip is {}, the file has fewer lines", self.lines)));
+            }
+        }
+        if let Ok(bytes) = u64::try_from(self.bytes) {
+            let mut source = wrapping.unwrap(source);
+            source.skip(bytes)?;
+            return Ok(source);
+        }
+        let length = match again {
+            _ if wrapping == Wrapping::Raw && !source.is_packed() && !source.is_pipe() => source.left(),
+            // Only inflating tells how many bytes there are.
+            Some(again) => {
+                let length = wrapping.unwrap(source).length_inflated()?;
+                source = again()?;
+                for _ in 0..self.lines {
+                    source.line()?;
+                }
+                length
+            }
+            None => return Err(source.fault("byte skip is -1: the end of what follows is not known here; give the file itself, unpacked")),
+        };
+        let mut source = wrapping.unwrap(source);
+        let before = length
+            .checked_sub(data)
+            .ok_or_else(|| source.fault(format!("the voxels should take the last {data} bytes, the file holds {length}")))?;
+        source.skip(before)?;
+        Ok(source)
+    }
+}
+
+/// The stream of the voxels: the rest of this file, or the files that the header names.
+fn open_data(header: &Header, mut source: Source, wrapping: Wrapping, data: u64) -> Result<Source> {
+    let path = source.path().to_path_buf();
+    let limits = *source.limits();
+    let skips = Skips::of(header, &path, wrapping)?;
+    let Some(field) = header.get(&path, "data file").or(header.get(&path, "datafile")) else {
+        return skips.apply(source, wrapping, data, None);
+    };
+    let list = field.value.split_ascii_whitespace().next() == Some("LIST");
+    let names = match Pattern::of(field.value, true) {
+        _ if list => spread::listed(&mut source)?,
+        Some((pattern, _)) => pattern.names(field)?,
+        None => {
+            let sibling = field.sibling();
+            let open = || Source::open_plain(&sibling, &limits);
+            return skips.apply(open().map_err(|e| field.fault(e))?, wrapping, data, Some(&open));
+        }
+    };
+    let each = data / names.len() as u64;
+    let prepare = move |source: Source| {
+        let path = source.path().to_path_buf();
+        let again = || Source::open_plain(&path, &limits);
+        skips.apply(source, wrapping, each, Some(&again))
+    };
+    spread::joined(&path, &names, data, &limits, Box::new(prepare))
+}
+
+/// What the header says, up to the voxels.
+struct Parsed {
+    header: Header,
+    stored: Stored,
+    axes: Axes,
+    grid: Grid,
+}
+
+impl Parsed {
+    fn read(source: &mut Source) -> Result<Self> {
+        let path = source.path().to_path_buf();
+        let path = path.as_path();
+        let header = Header::read(source)?;
+        let stored = voxel_type(header.need(path, "type")?)?;
+        let sizes = header.need(path, "sizes")?;
+        let dimension = header.need(path, "dimension")?;
+        let given = sizes.sizes()?.len();
+        if dimension.integer()? != given as i64 {
+            return Err(dimension.fault(format!("but there are {given} sizes")));
+        }
+        let directions = header.get(path, "space directions").map(|f| f.vectors()).transpose()?;
+        let axes = Axes::of(path, sizes, header.get(path, "kinds"), directions.as_deref())?;
+        let (origin, steps, space) = geometry(&header, path, &axes, directions)?;
+        let grid = grid(path, axes.layout.dims, origin, steps, space)?;
+        Ok(Self { header, stored, axes, grid })
+    }
+}
+
+fn list(store: Store, reading: &Reading) -> Result<Vec<Item>> {
+    Parsed::read(&mut store.source()?)?.axes.layout.list(reading)
+}
+
+fn read(store: Store, reading: &Reading) -> Result<Volume> {
     let mut source = store.source()?;
     let path = source.path().to_path_buf();
     let path = path.as_path();
-    let header = Header::read(&mut source)?;
-    let stored = voxel_type(header.need(path, "type")?)?;
-    let sizes = header.need(path, "sizes")?;
-    let dimension = header.need(path, "dimension")?;
-    let given = sizes.sizes()?.len();
-    if dimension.integer()? != given as i64 {
-        return Err(dimension.fault(format!("but there are {given} sizes")));
-    }
-    let directions = header.get(path, "space directions").map(|f| f.vectors()).transpose()?;
-    let axes = three_axes(sizes, directions.as_deref())?;
-    let (origin, steps, space) = geometry(&header, path, &axes, directions)?;
-    let grid = grid(path, axes.dims, origin, steps, space)?;
-
-    let encoding = header.need(path, "encoding")?;
-    let kind = match encoding.value.to_ascii_lowercase().as_str() {
-        "raw" => "raw",
-        "gz" | "gzip" => "gzip",
-        "txt" | "text" | "ascii" => "ascii",
-        _ => return Err(encoding.fault("only raw, gzip and ascii are read")),
-    };
+    let Parsed { header, stored, axes, grid } = Parsed::read(&mut source)?;
+    let wrapping = Wrapping::of(header.need(path, "encoding")?)?;
     let endian = match header.get(path, "endian").map(|f| (f, f.value.to_ascii_lowercase())) {
         Some((_, e)) if e == "little" => Endian::Little,
         Some((_, e)) if e == "big" => Endian::Big,
         Some((field, _)) => return Err(field.fault("neither little nor big")),
-        None if stored.bytes() == 1 || kind == "ascii" => Endian::NATIVE,
+        None if stored.bytes() == 1 || wrapping == Wrapping::Ascii => Endian::NATIVE,
         None => return Err(Error::format(path, format!("the header has no field \"endian\", {stored} needs it"))),
     };
-    let data_bytes = (grid.voxel_count() as u64).checked_mul(stored.bytes() as u64);
-    let mut data = open_data(&header, source, kind, data_bytes)?;
-    let voxels = match kind {
-        "ascii" => ascii::voxels(&mut data, axes.dims, stored, &[])?,
-        _ => data.voxels(axes.dims, stored, endian, Tail::Ignored)?,
-    };
-    Ok(named(path, Volume::new(grid, voxels))?.with_modality(header.modality))
+    let bytes = axes.layout.numbers().saturating_mul(stored.bytes() as u64);
+    let mut data = open_data(&header, source, wrapping, bytes)?;
+    let encoding = if wrapping == Wrapping::Ascii { Encoding::Text } else { Encoding::Binary(endian) };
+    let volume = axes.layout.volume(&mut data, (stored, encoding), Tail::Ignored, grid, reading)?;
+    Ok(volume.with_modality(header.modality))
 }

@@ -59,6 +59,8 @@ pub(super) struct Clues<'a> {
     pub(super) length: u64,
     /// Whether the file is a gzip file.
     pub(super) packed: bool,
+    /// Whether its bytes come once, through a pipe.
+    pub(super) once: bool,
     /// Names of a folder's files, sorted; `None` for a file.
     pub(super) entries: Option<&'a [String]>,
     /// The folder itself, for those who must look into its files.
@@ -91,7 +93,7 @@ impl Clues<'_> {
         if !self.packed {
             return bytes == self.length;
         }
-        if bytes > self.length || bytes > self.limits.voxel_bytes.saturating_add(self.limits.header_bytes) {
+        if self.once || bytes > self.length || bytes > self.limits.voxel_bytes.saturating_add(self.limits.header_bytes) {
             return false;
         }
         // A file that cannot be inflated so far is not so long; its reader says why.

@@ -9,7 +9,7 @@ const IN_TAR: usize = 512;
 const DICOM: usize = 128;
 
 /// Of two that are as sure the first one is told.
-pub(super) const REFUSALS: [Refusal; 9] = [
+pub(super) const REFUSALS: [Refusal; 8] = [
     Refusal {
         probe: |c| {
             // Without the usual preamble a DICOM file begins with an element of group 8.
@@ -25,10 +25,6 @@ pub(super) const REFUSALS: [Refusal; 9] = [
     Refusal {
         probe: |c| only(Magic, is_tar(c)),
         says: "a tar archive: not supported, unpack it and name the volume file (a DICOM series is not supported either)",
-    },
-    Refusal {
-        probe: |c| only(Magic, c.has(4, b"n+2\0") || c.has(4, b"ni2\0")),
-        says: "a NIfTI-2 file: not supported, convert it to NIfTI-1",
     },
     Refusal {
         probe: |c| only(Magic, c.has(0, b"<?xml") || c.has(0, b"<VTKFile")),

@@ -18,6 +18,10 @@ use std::path::{Path, PathBuf};
 /// little more (zlib's technical notes give 1032:1 as the limit).
 const DEFLATE_RATIO: u64 = 1032;
 
+/// Most bytes that one byte of bzip2 data inflates to: a block of 900,000 bytes, each run of 4 and a count standing for 259 bytes, is written
+/// in no less than 32 bytes.
+const BZIP2_RATIO: u64 = 1 << 21;
+
 /// Bytes asked of the system at a time while reading headers and text.
 const CHUNK: usize = 1 << 16;
 
@@ -42,6 +46,8 @@ pub(super) struct Source {
     packed: Option<u64>,
     header_left: u64,
     limits: Limits,
+    /// Whether the bytes come once: from another program, or from standard input.
+    once: bool,
 }
 
 impl Source {
@@ -64,7 +70,7 @@ impl Source {
             return Err(Error::format(path, "is a terminal: let another program send the volume, or give its file"));
         }
         let file = stdin_file().map_err(|e| Error::io(path, e))?;
-        let mut source = Self::of_file(path, file, limits)?;
+        let mut source = Self { once: true, ..Self::of_file(path, file, limits)? };
         if source.is_gzip()? { Ok(source.gunzip()) } else { Ok(source) }
     }
 
@@ -88,6 +94,7 @@ impl Source {
             packed: None,
             header_left: limits.header_bytes,
             limits: *limits,
+            once: false,
         })
     }
 
@@ -109,6 +116,7 @@ impl Source {
             packed,
             header_left: limits.header_bytes,
             limits: *limits,
+            once: false,
         }
     }
 
@@ -127,11 +135,40 @@ impl Source {
         self.through(|inner| Box::new(flate2::bufread::ZlibDecoder::new(inner)))
     }
 
+    /// What comes out when the rest of this source is a bzip2 stream.
+    pub(super) fn bunzip2(self) -> Self {
+        let (left, packed) = (self.left.saturating_mul(BZIP2_RATIO), self.left);
+        Self { left, packed: Some(packed), ..self.through(|inner| Box::new(bzip2::bufread::MultiBzDecoder::new(inner))) }
+    }
+
+    /// The bytes that the rest of this source writes as two digits each, with white space between them.
+    pub(super) fn unhex(self) -> Self {
+        let left = self.left / 2;
+        Self { left, packed: None, ..self.through(|inner| Box::new(super::hex::Hex::new(inner))) }
+    }
+
+    /// How many bytes the rest of this source has, found out by reading them; no more than a volume may take.
+    pub(super) fn length_inflated(mut self) -> Result<u64> {
+        let most = self.limits.voxel_bytes.saturating_add(self.limits.header_bytes);
+        let mut chunk = vec![0; CHUNK];
+        let mut length = 0u64;
+        loop {
+            match self.read(&mut chunk).map_err(|e| self.read_fault(e))? {
+                0 => return Ok(length),
+                n => length += n as u64,
+            }
+            if length > most {
+                let what = format!("{}: bytes that come out of the compressed data", self.path.display());
+                return Err(Error::Limit { what, needed: length.into(), limit: most.into() });
+            }
+        }
+    }
+
     fn through(self, decoder: impl FnOnce(BufReader<Self>) -> Box<dyn Read>) -> Self {
         let (path, packed, left) = (self.path.clone(), self.left, inflated_bound(self.left));
-        let (header_left, limits) = (self.header_left, self.limits);
+        let (header_left, limits, once) = (self.header_left, self.limits, self.once);
         let stream = decoder(BufReader::with_capacity(CHUNK, self));
-        Self { header_left, ..Self::from_stream(&path, stream, left, Some(packed), &limits) }
+        Self { header_left, once, ..Self::from_stream(&path, stream, left, Some(packed), &limits) }
     }
 
     /// The file's name, for messages.
@@ -157,6 +194,11 @@ impl Source {
     /// Whether another program sends these bytes: then they come once, and nobody knows how many there are.
     pub(super) fn is_pipe(&self) -> bool {
         matches!(self.inner, Inner::Pipe(_))
+    }
+
+    /// Whether the bytes come once, so that the file cannot be opened again.
+    pub(super) fn is_once(&self) -> bool {
+        self.once
     }
 
     /// The plain file behind this source, and the byte of it that comes next.

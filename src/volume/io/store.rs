@@ -64,12 +64,12 @@ impl Store {
                 }
                 let head = source.buffered();
                 let head = &head[..head.len().min(HEAD)];
-                let (length, packed) = (source.left(), source.is_packed());
-                Ok(Clues { path: source.path(), head, length, packed, entries: None, folder: None, limits: source.limits() })
+                let (length, packed, once) = (source.left(), source.is_packed(), source.is_once());
+                Ok(Clues { path: source.path(), head, length, packed, once, entries: None, folder: None, limits: source.limits() })
             }
             Self::Folder(folder) => {
                 let (path, entries, limits) = (folder.path(), Some(folder.names()), folder.limits());
-                Ok(Clues { path, head: &[], length: 0, packed: false, entries, folder: Some(folder), limits })
+                Ok(Clues { path, head: &[], length: 0, packed: false, once: false, entries, folder: Some(folder), limits })
             }
         }
     }
@@ -94,7 +94,7 @@ impl Store {
         if source.is_packed() {
             return Err(source.fault(format!("{what} inside gzip is not supported: unpack it first")));
         }
-        if source.is_pipe() {
+        if source.is_once() {
             return Err(source.fault(format!("{what} cannot be read from a pipe: give its file")));
         }
         let path = source.path().to_path_buf();

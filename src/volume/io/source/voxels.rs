@@ -117,8 +117,8 @@ impl Source {
         Ok(voxels)
     }
 
-    /// The numbers of `dims` voxels of `components` each, one voxel after the other: those from `keep` on, as many as `kept` has. The
-    /// others are passed over.
+    /// The numbers of `dims` voxels of `components` each, one voxel after the other: those in `keep`, the others are passed over. Where they are
+    /// `colors` and only three, an alpha of 1 is put behind them.
     ///
     /// # Errors
     /// As [`Source::voxels`].
@@ -127,14 +127,23 @@ impl Source {
         dims: [usize; 3],
         stored: Stored,
         endian: Endian,
-        (components, keep): (usize, Range<usize>),
+        (components, keep, colors): (usize, Range<usize>, bool),
         tail: Tail,
     ) -> Result<Voxels> {
         let size = stored.bytes();
         let each = components.saturating_mul(size);
-        let kept = keep.len();
+        let opaque = if colors && keep.len() == 3 { opaque(stored, endian) } else { Vec::new() };
+        let kept = keep.len() + usize::from(!opaque.is_empty());
         let count = self.weigh([dims[0].saturating_mul(kept), dims[1], dims[2]], stored, 0)? / kept;
-        self.claim(dims, Stored::Native(VoxelType::U8), each as u64)?;
+        let needed = count as u128 * each as u128;
+        if needed > u128::from(self.left) {
+            let [x, y, z] = dims;
+            let what = format!(
+                "{x} x {y} x {z} voxels of {components} {stored} take {needed} bytes, the file holds {} after its header",
+                self.left
+            );
+            return Err(self.fault(what));
+        }
         let mut voxels = Voxels::zeros(stored.voxel_type(), count * kept);
         let total = count as u64 * each as u64;
         let whole = (CHUNK / each).max(1);
@@ -144,7 +153,10 @@ impl Source {
             let bytes = &mut chunk[..(count - first).min(whole) * each];
             self.read_exact_into(bytes, first as u64 * each as u64, total)?;
             picked.clear();
-            bytes.chunks_exact(each).for_each(|voxel| picked.extend_from_slice(&voxel[keep.start * size..keep.end * size]));
+            for voxel in bytes.chunks_exact(each) {
+                picked.extend_from_slice(&voxel[keep.start * size..keep.end * size]);
+                picked.extend_from_slice(&opaque);
+            }
             stored.put(endian, &picked, &mut voxels, first * kept).map_err(|e| too_large(&self.path, stored, first * kept, e))?;
         }
         self.check_tail(total, tail)?;
@@ -197,6 +209,15 @@ impl Source {
             total.saturating_add(self.left).to_string()
         };
         Err(self.fault(format!("the voxels should take {total} bytes, there are {held}: wrong dimensions or type?")))
+    }
+}
+
+/// The number that stands for an alpha of 1, as a file stores it: u8, u16 or f32.
+fn opaque(stored: Stored, endian: Endian) -> Vec<u8> {
+    match (stored, endian) {
+        (Stored::Native(VoxelType::F32), Endian::Big) => 1f32.to_be_bytes().to_vec(),
+        (Stored::Native(VoxelType::F32), Endian::Little) => 1f32.to_le_bytes().to_vec(),
+        _ => vec![0xff; stored.bytes()],
     }
 }
 
