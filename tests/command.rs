@@ -363,3 +363,70 @@ fn inputs_and_files_that_are_no_pictures_are_never_replaced() {
         assert!(out.status.success(), "{}", text(&out.stderr));
     }
 }
+
+/// Runs the command with `input` sent through a pipe.
+fn piped(dir: &Path, args: &[&str], input: &[u8]) -> Output {
+    use std::io::Write;
+    use std::process::Stdio;
+    let mut child = Command::new(env!("CARGO_BIN_EXE_slicestack"))
+        .args(args)
+        .current_dir(dir)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // A command that has read enough closes the pipe.
+    drop(child.stdin.take().unwrap().write_all(input));
+    child.wait_with_output().unwrap()
+}
+
+#[test]
+fn volumes_come_through_standard_input() {
+    let dir = dir();
+    let voxels: Vec<u8> = (0..4 * 5 * 6).map(|i| (i * 2) as u8).collect();
+    let nrrd = [b"NRRD0004\ntype: uchar\ndimension: 3\nsizes: 4 5 6\nencoding: raw\n\n", &voxels[..]].concat();
+    fs::write(dir.path().join("v.nrrd"), &nrrd).unwrap();
+    let of_file: Value = serde_json::from_slice(&run(dir.path(), &["info", "v.nrrd", "--json"]).stdout).unwrap();
+    let through: Value = serde_json::from_slice(&piped(dir.path(), &["info", "-", "--json"], &nrrd).stdout).unwrap();
+    assert_eq!((&through["dimensions"], &through["histogram"]), (&of_file["dimensions"], &of_file["histogram"]));
+    assert_eq!(through["name"], "standard input");
+    let picture = |args: &[&str]| [&["render"], args, &["--size", "16x12", "--count", "16", "--no-metadata"]].concat();
+    assert!(run(dir.path(), &picture(&["v.nrrd", "-o", "file.png"])).status.success());
+    let out = piped(dir.path(), &picture(&["-", "-o", "pipe.png"]), &nrrd);
+    assert!(out.status.success(), "{}", text(&out.stderr));
+    // A file that the shell opened.
+    let shell = Command::new(env!("CARGO_BIN_EXE_slicestack"))
+        .args(picture(&["-", "-o", "shell.png"]))
+        .current_dir(dir.path())
+        .stdin(fs::File::open(dir.path().join("v.nrrd")).unwrap())
+        .output()
+        .unwrap();
+    assert!(shell.status.success(), "{}", text(&shell.stderr));
+    let bytes = |name: &str| fs::read(dir.path().join(name)).unwrap();
+    assert_eq!(bytes("file.png"), bytes("pipe.png"));
+    assert_eq!(bytes("file.png"), bytes("shell.png"));
+    let out = piped(dir.path(), &["info", "-"], b"nothing of the kind");
+    assert_eq!(text(&out.stderr).lines().count(), 1);
+    assert!(text(&out.stderr).contains("standard input: no volume format is known"), "{}", text(&out.stderr));
+    let out = piped(dir.path(), &["info", "-"], b"");
+    assert!(text(&out.stderr).contains("standard input: the file is empty"), "{}", text(&out.stderr));
+}
+
+#[test]
+fn what_may_be_chosen_is_listed_and_told() {
+    let dir = dir();
+    let nrrd = b"NRRD0004\ntype: uchar\ndimension: 4\nsizes: 2 2 2 3\nkinds: space space space list\nencoding: raw\n\n";
+    fs::write(dir.path().join("v.nrrd"), [&nrrd[..], &(0..24).collect::<Vec<u8>>()].concat()).unwrap();
+    let shown = text(&run(dir.path(), &["info", "v.nrrd"]).stdout);
+    assert!(shown.contains("* frame 0 to 2") && shown.contains("frame 0 of 3 is read"), "{shown}");
+    let json: Value = serde_json::from_slice(&run(dir.path(), &["info", "v.nrrd", "--json", "--volume.frame", "2"]).stdout).unwrap();
+    assert_eq!((json["choices"][0]["count"].as_u64(), json["min"].as_f64(), json["notes"].as_array().map(Vec::len)), (Some(3), Some(16.0), Some(0)));
+    let out = run(dir.path(), &["render", "v.nrrd", "--size", "16x12", "--count", "16"]);
+    assert!(out.status.success() && text(&out.stderr).contains("note: frame 0 of 3 is read"), "{}", text(&out.stderr));
+    let line = refused(dir.path(), &["render", "v.nrrd", "--volume.frame", "3"], 1);
+    assert!(line.contains("v.nrrd: volume.frame is 3: there are 3, 0 to 2"), "{line}");
+    let line = refused(dir.path(), &["render", "v.nrrd", "--volume.series", "1.2"], 1);
+    assert!(line.contains("NRRD has no series to choose"), "{line}");
+    refused(dir.path(), &["render", "--volume.phantom", "cloud", "--volume.level", "1"], 2);
+}

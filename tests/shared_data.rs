@@ -10,8 +10,8 @@ use glam::{DAffine3, DMat3, DVec3};
 use slicestack::reference::{Integrator, Prover};
 use slicestack::scene::preset::{Guess, Kind};
 use slicestack::scene::{Camera, Preset, TransferFunction};
-use slicestack::volume::io::{self, Endian, Format, RawSpec};
-use slicestack::volume::{BoxConvention, Space, VoxelType};
+use slicestack::volume::io::{self, Choice, Endian, Format, RawSpec, Reading};
+use slicestack::volume::{BoxConvention, Channels, Space, VoxelType};
 use slicestack::{Limits, Scene, Volume};
 use std::path::{Path, PathBuf};
 
@@ -356,5 +356,40 @@ fn a_heads_pixels_are_enclosed() {
             shown += u32::from(bounds.transmittance[1] < 0.9);
         }
         assert!(shown > 20, "{shown}");
+    }
+}
+
+/// Small files that were once read wrongly, and what they hold.
+#[test]
+fn odd_files_are_read_right() {
+    let open = |file: &str, choice: Choice| Some(io::read_as(data(&format!("../cases/{file}"))?, &Reading::new().choice(choice)).unwrap());
+    let none = Choice::new;
+    if let Some(v) = open("nrrd-rgb-2d.nrrd", none()) {
+        assert_eq!((v.grid().dims(), v.channels()), ([9, 8, 1], &Channels::Rgba));
+    }
+    if let Some(v) = open("nrrd-spacings-directions-none.nrrd", none()) {
+        assert_eq!((v.grid().spacing(), v.grid().space()), ([2.0, 2.0, 5.0], Space::Ras));
+    }
+    for file in ["nrrd-gzip-byteskip.nhdr", "nrrd-percent.nhdr"] {
+        if let Some(v) = open(file, none()) {
+            assert_eq!((v.grid().dims(), v.voxels().voxel_type()), ([4, 5, 6], VoxelType::I16), "{file}");
+        }
+    }
+    if let Some(v) = open("nifti-dim4-zero.nii", none()) {
+        assert_eq!((v.grid().dims(), v.notes().iter().any(|n| n.contains("dim[4] is 0"))), ([4, 5, 6], true));
+    }
+    if let Some(v) = open("nifti-sform-zero.nii", none()) {
+        assert_eq!((v.grid().spacing(), v.grid().space()), ([2.0, 3.0, 4.0], Space::Ras));
+        assert!(v.notes().iter().any(|n| n.contains("the sform cannot be used") && n.contains("the qform is taken")), "{:?}", v.notes());
+    }
+    for file in ["vtk-field-before-dimensions.vtk", "vtk-blank-line.vtk"] {
+        if let Some(v) = open(file, none()) {
+            assert_eq!((v.grid().dims(), v.value([3, 2, 1])), ([4, 3, 2], 23.0), "{file}");
+        }
+    }
+    if let Some(v) = open("vtk-color-scalars.vtk", none()) {
+        assert_eq!((v.grid().dims(), v.channels()), ([4, 3, 2], &Channels::Rgba));
+        let red = open("vtk-color-scalars.vtk", none().channel(0)).unwrap();
+        assert_eq!(red.value([1, 0, 0]), v.colors().unwrap().get(1)[0] * 255.0);
     }
 }

@@ -144,6 +144,13 @@ fn space(volume: &Volume) -> Option<&'static str> {
     }
 }
 
+/// The direction in the body that each axis of the voxels leads to, by its nearest letter: `LPS`, `RAS` ...
+fn orientation(volume: &Volume) -> Option<String> {
+    let directions = volume.grid().directions();
+    let letter = |axis: usize| volume.grid().space().letters(directions.col(axis))?.chars().next();
+    (0..3).map(letter).collect()
+}
+
 /// Every preset with the reason against it, the suggested ones first.
 fn verdicts(volume: &Volume) -> Vec<(Preset, Option<String>)> {
     let suggested = Preset::suggest(volume);
@@ -181,6 +188,8 @@ fn as_json(volume: &Volume, depths: Option<SceneDepths>, items: &[Item]) -> Valu
         "depths": depths.map(depths_json),
         "choices": items.iter().map(item_json).collect::<Vec<_>>(),
         "notes": volume.notes(),
+        "details": volume.details(),
+        "orientation": orientation(volume),
         "presets": suggested,
         "rejected": rejected.collect::<Vec<_>>(),
     })
@@ -203,6 +212,7 @@ fn as_text(volume: &Volume, depths: Option<SceneDepths>, items: &[Item]) -> Stri
         ("origin", list(grid.origin().to_array())),
         ("axes", format!("({}) ({}) ({})", axes[0], axes[1], axes[2])),
         ("space", space(volume).unwrap_or("not stated").to_owned()),
+        ("orientation", orientation(volume).map_or_else(|| "not known".to_owned(), |o| format!("{o} (where the axes x, y and z of the voxels lead to)"))),
         ("box", format!("({}) to ({})", list(low), list(high))),
         ("modality", volume.modality().name().unwrap_or("not stated").to_owned()),
         ("taken for", format!("{}; first picture with {}", guess.reason, guess.preset.name())),
@@ -225,6 +235,9 @@ fn as_text(volume: &Volume, depths: Option<SceneDepths>, items: &[Item]) -> Stri
     let mut text = format!("{name}\n");
     for (label, value) in lines {
         text += &format!("  {label:12}{value}\n");
+    }
+    for detail in volume.details() {
+        text += &format!("  {:12}{detail}\n", "by");
     }
     for note in volume.notes() {
         text += &format!("  {:12}{note}\n", "note");

@@ -83,6 +83,7 @@ pub struct Volume {
     modality: Modality,
     name: String,
     notes: Vec<String>,
+    details: Vec<String>,
     /// Found out once, for clones too.
     statistics: Arc<OnceLock<Statistics>>,
     bricks: Arc<OnceLock<Arc<Bricks>>>,
@@ -121,6 +122,7 @@ impl Volume {
             modality: Modality::Unknown,
             name: String::new(),
             notes: Vec::new(),
+            details: Vec::new(),
             statistics: Arc::default(),
             bricks: Arc::default(),
         }
@@ -196,6 +198,13 @@ impl Volume {
         self
     }
 
+    /// The same volume with one more [detail](Volume::details).
+    #[must_use]
+    pub fn with_detail(mut self, detail: impl Into<String>) -> Self {
+        self.details.push(detail.into());
+        self
+    }
+
     /// The same voxels on another grid.
     ///
     /// # Errors
@@ -258,6 +267,11 @@ impl Volume {
     /// transform in the file was unusable and what was taken instead.
     pub fn notes(&self) -> &[String] {
         &self.notes
+    }
+
+    /// What its reader went by, one sentence each, for those who want to know: which of two transforms in the file, by which code.
+    pub fn details(&self) -> &[String] {
+        &self.details
     }
 
     /// The value at voxel (i,j,k) in the data's units; NaN in a volume of colours.

@@ -29,6 +29,18 @@ pub(super) fn starts(head: &[u8]) -> bool {
     matches!(head, [0x5c, 1, 0, 0, ..] | [0, 0, 1, 0x5c, ..] | [0x1c, 2, 0, 0, ..] | [0, 0, 2, 0x1c, ..])
 }
 
+/// What a code of a transform says of its world.
+fn meaning(code: i64) -> &'static str {
+    match code {
+        1 => " (the scanner's)",
+        2 => " (aligned to another file)",
+        3 => " (Talairach)",
+        4 => " (MNI 152)",
+        5 => " (another template)",
+        _ => "",
+    }
+}
+
 /// Byte by byte, in the file's order.
 struct Bytes<'a>(&'a [u8], Endian);
 
@@ -76,6 +88,8 @@ pub(super) struct Header {
     units: i64,
     /// What was repaired.
     pub(super) notes: Vec<String>,
+    /// What the grid goes by.
+    pub(super) placed: Option<String>,
 }
 
 impl Header {
@@ -127,6 +141,7 @@ impl Header {
             srow: std::array::from_fn(|r| std::array::from_fn(|c| of(4 * r + c, 280))),
             units: i64::from(b.0[123]),
             notes: Vec::new(),
+            placed: None,
         })
     }
 
@@ -155,6 +170,7 @@ impl Header {
             srow: std::array::from_fn(|r| std::array::from_fn(|c| of(4 * r + c, 400))),
             units: b.i32(500),
             notes: Vec::new(),
+            placed: None,
         })
     }
 
@@ -262,7 +278,10 @@ impl Header {
             let column = |c: usize| DVec3::from_array(std::array::from_fn(|r| self.srow[r][c]));
             let steps = DMat3::from_cols(column(0), column(1), column(2));
             match Grid::new(dims, column(3), steps) {
-                Ok(grid) => return Ok(self.told_units(grid.with_space(Space::Ras))),
+                Ok(grid) => {
+                    self.placed = Some(format!("the sform, code {sform}{}", meaning(sform)));
+                    return Ok(self.told_units(grid.with_space(Space::Ras)));
+                }
                 Err(e) => {
                     let instead = if qform > 0 { "the qform" } else { "the voxel sizes alone" };
                     self.notes.push(format!("the sform cannot be used ({e}): {instead} is taken"));
@@ -281,6 +300,7 @@ impl Header {
                 }
                 let steps = DMat3::from_quat(turn.normalize()) * DMat3::from_diagonal(sizes);
                 let grid = grid(&self.path, dims, offset, steps, Space::Ras)?;
+                self.placed = Some(format!("the qform, code {qform}{}", meaning(qform)));
                 return Ok(self.told_units(grid));
             }
             let what = format!("quatern {} {} {}, qoffset {} {} {}", v.x, v.y, v.z, offset.x, offset.y, offset.z);

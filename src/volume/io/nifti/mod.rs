@@ -102,5 +102,6 @@ fn read(store: Store, reading: &Reading) -> Result<Volume> {
     };
     let volume = layout.volume(&mut data, (stored, Encoding::Binary(header.endian)), Tail::Ignored, grid, reading)?;
     let volume = if volume.scalars().is_some() { named(&path, volume.with_rescale(slope, intercept))? } else { volume };
+    let volume = header.placed.into_iter().fold(volume, Volume::with_detail);
     Ok(header.notes.into_iter().fold(volume, Volume::with_note))
 }
