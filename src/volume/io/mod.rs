@@ -41,10 +41,12 @@ mod source;
 mod store;
 mod stored;
 mod vtk;
+pub mod write;
 
 pub use raw::{RawSpec, read_raw};
 pub use reading::{Choice, Item, Part, Reading};
 pub use stored::Endian;
+pub use write::{WriteFormat, Writing, Written, write, write_to};
 
 use crate::settings::Limits;
 use crate::volume::Volume;
