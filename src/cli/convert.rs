@@ -44,7 +44,8 @@ pub(super) struct ConvertArgs {
     /// Convert the values, slope and intercept applied, to this type: rounded to nearest, clipped to what it holds.
     #[arg(long = "type", value_name = "TYPE", value_parser = PossibleValuesParser::new(VoxelType::ALL.map(VoxelType::name)))]
     kind: Option<String>,
-    /// Spread these values over all numbers of the integer type. A slope and an intercept turn them back, in formats that keep them.
+    /// Spread these values over all numbers of the integer type. A slope and an intercept turn them back: NIfTI and MetaImage keep them, for
+    /// other formats they are told.
     #[arg(long, value_name = "LOW,HIGH", allow_hyphen_values = true)]
     scale: Option<String>,
     /// Replace OUT even where it is no file that slicestack wrote; never the input.
@@ -112,7 +113,7 @@ impl Plan {
         if let Some(ends) = self.crop {
             let dims = volume.grid().dims();
             let ranges = [0, 1, 2].map(|i| ends[i][0].unwrap_or(0)..ends[i][1].unwrap_or(dims[i]));
-            volume = crop(&volume, ranges).map_err(flag("crop"))?;
+            volume = crop(&volume, ranges, Some(bar)).map_err(flag("crop"))?;
         }
         if let Some(sampling) = self.sampling {
             let name = if matches!(sampling, Sampling::Spacing(_)) { "spacing" } else { "size" };
@@ -124,11 +125,7 @@ impl Plan {
             }
         }
         if self.kind.is_some() || self.scale.is_some() {
-            let own = volume.colors().map_or(volume.voxels().voxel_type(), |c| match c {
-                slicestack::volume::Colors::U8(_) => VoxelType::U8,
-                slicestack::volume::Colors::U16(_) => VoxelType::U16,
-                slicestack::volume::Colors::F32(_) => VoxelType::F32,
-            });
+            let own = volume.voxels().voxel_type();
             let done = convert_type(&volume, self.kind.unwrap_or(own), self.scale, limits, Some(bar));
             let done = done.map_err(flag(if self.scale.is_some() { "scale" } else { "type" }))?;
             self.tell(&done);
@@ -208,7 +205,7 @@ pub(super) fn run(args: &ConvertArgs) -> Result<()> {
     bar.clear();
     let volume = volume?;
     rendered()?;
-    let writing = Writing::new().format(named).compress(args.compress).progress(bar.clone());
+    let writing = Writing::new().format(named).compress(args.compress).stored(args.scale.is_some()).progress(bar.clone());
     let written = write(&volume, &sink, format, &writing);
     bar.clear();
     enter(Phase::Idle);

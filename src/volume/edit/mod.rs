@@ -7,7 +7,7 @@
 //! use slicestack::volume::phantom::Phantom;
 //!
 //! let volume = Phantom::SheppLogan.volume(16)?;
-//! let half = crop(&volume, [0..16, 0..16, 0..8])?;
+//! let half = crop(&volume, [0..16, 0..16, 0..8], None)?;
 //! let small = resample(&half, Sampling::Spacing([2.0; 3]), &Limits::default(), None)?;
 //! assert_eq!(small.grid().dims(), [8, 8, 4]);
 //! let bytes = convert_type(&small, VoxelType::U8, Some((0.0, 1.0)), &Limits::default(), None)?;

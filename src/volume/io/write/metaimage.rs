@@ -3,6 +3,20 @@
 use super::{AUTHOR, Page, WriteFormat, grids};
 use crate::volume::{Channels, Modality, Space, VoxelType};
 
+/// The key of the compressed voxels' bytes, without which ITK does not read them.
+const SIZE: &str = "CompressedDataSize = ";
+
+/// The number that belongs to [`SIZE`]: always as long, so that it can be put in when the voxels are written.
+pub(super) fn size(bytes: u64) -> String {
+    format!("{bytes:020}")
+}
+
+/// Where it stands in `header`.
+pub(super) fn size_at(header: &[u8]) -> Option<u64> {
+    let at = header.windows(SIZE.len()).position(|w| w == SIZE.as_bytes())?;
+    Some((at + SIZE.len()) as u64)
+}
+
 /// The header, up to and with the line that says that the voxels follow.
 pub(super) fn header(page: &mut Page) -> Vec<u8> {
     let grid = page.volume.grid();
@@ -26,6 +40,9 @@ pub(super) fn header(page: &mut Page) -> Vec<u8> {
         "BinaryDataByteOrderMSB = False".to_owned(),
         format!("CompressedData = {}", truth(page.compress)),
     ];
+    if page.compress {
+        lines.push(format!("{SIZE}{}", size(page.packed)));
+    }
     // A file without a matrix says nothing about the world's axes.
     if grid.space() != Space::Unknown || !grids::is_upright(grid) {
         let columns = [steps.x_axis, steps.y_axis, steps.z_axis].map(glam::DVec3::normalize);
@@ -41,6 +58,12 @@ pub(super) fn header(page: &mut Page) -> Vec<u8> {
     }
     if *page.volume.channels() == Channels::Rgba {
         lines.push("ElementNumberOfChannels = 4".to_owned());
+    }
+    if page.rescale != (1.0, 0.0) {
+        let (slope, intercept) = page.rescale;
+        lines.push(format!("ElementToIntensityFunctionSlope = {}", grids::text([slope], "")));
+        lines.push(format!("ElementToIntensityFunctionOffset = {}", grids::text([intercept], "")));
+        page.notes.push("few programs heed the slope and intercept of a MetaImage".to_owned());
     }
     lines.push(format!("ElementType = {kind}"));
     let last = "ElementDataFile = LOCAL\n";

@@ -9,7 +9,7 @@
 //! | raw | `.raw`, `.raw.gz` | voxels alone, x fastest |
 //!
 //! Voxels are written bit for bit in their own type, little-endian. In a format that keeps no slope and intercept, rescaled voxels are
-//! written as the values that they stand for. Whatever a format does not keep is told in [`Written::notes`].
+//! written as the values that they stand for, unless [`Writing::stored`](field@Writing::stored) says otherwise. Whatever a format does not keep is told in [`Written::notes`].
 //!
 //! Voxels go out a piece at a time: no second copy of a volume is made. Uncompressed ones start at a multiple of 32 bytes, so that what is
 //! written can be mapped when it is read again; see [`crate::Limits::map_bytes`].
@@ -138,6 +138,9 @@ pub struct Writing {
     pub format: Option<WriteFormat>,
     /// Whether voxels are compressed. A name that ends with `.gz` asks for it too.
     pub compress: bool,
+    /// Whether voxels are written as they are stored even in formats that keep no slope and intercept, or whose readers seldom heed them.
+    /// NRRD, NumPy and raw files then lose these, which is told; MetaImage has them as `ElementToIntensityFunction`.
+    pub stored: bool,
     /// Who is told how far it has come.
     pub progress: Option<Arc<dyn Progress>>,
 }
@@ -159,6 +162,13 @@ impl Writing {
     #[must_use]
     pub fn compress(mut self, compress: bool) -> Self {
         self.compress = compress;
+        self
+    }
+
+    /// The same with voxels written as they are stored in every format, or not; see [`Writing::stored`](field@Writing::stored).
+    #[must_use]
+    pub fn stored(mut self, stored: bool) -> Self {
+        self.stored = stored;
         self
     }
 
@@ -191,10 +201,15 @@ pub struct Written {
 pub fn write(volume: &Volume, path: impl AsRef<Path>, writing: &Writing) -> Result<Written> {
     let path = path.as_ref();
     let (format, compress) = chosen(path, writing)?;
+    let writing = Writing { compress, ..writing.clone() };
     let mut file = Whole::create(path)?;
-    let written = encode(volume, &mut file, path, format, &Writing { compress, ..writing.clone() })?;
+    let packed = if file.is_new() { 0 } else { packed(volume, path, format, &writing)? };
+    let sent = encode(volume, &mut file, path, format, &writing, packed)?;
+    if let Some(at) = sent.size_at.filter(|_| file.is_new()) {
+        file.put(at, metaimage::size(sent.packed).as_bytes())?;
+    }
     file.finish()?;
-    Ok(written)
+    Ok(sent.written)
 }
 
 /// The format for the file `path`, and whether it is compressed.
@@ -210,12 +225,23 @@ fn chosen(path: &Path, writing: &Writing) -> Result<(WriteFormat, bool)> {
     Ok((format, gzip || writing.compress))
 }
 
-/// Writes `volume` to `out`, in `format`. Nothing is buffered here.
+/// Writes `volume` to `out`, in `format`. Nothing is buffered here. A MetaImage tells in its header how long its compressed voxels are, so
+/// these are compressed twice.
 ///
 /// # Errors
 /// When the format cannot hold the volume, or `out` cannot be written to. [`Error::Stopped`] when it was stopped.
 pub fn write_to(volume: &Volume, out: &mut dyn Write, format: WriteFormat, writing: &Writing) -> Result<Written> {
-    encode(volume, out, Path::new("output"), format, writing)
+    let name = Path::new("output");
+    let packed = packed(volume, name, format, writing)?;
+    Ok(encode(volume, out, name, format, writing, packed)?.written)
+}
+
+/// Bytes that the voxels will have where the header must tell them in advance; else 0.
+fn packed(volume: &Volume, name: &Path, format: WriteFormat, writing: &Writing) -> Result<u64> {
+    if format != WriteFormat::MetaImage || !writing.compress {
+        return Ok(0);
+    }
+    Ok(encode(volume, &mut io::sink(), name, format, writing, 0)?.packed)
 }
 
 /// What a format's header is made from, and what it does not keep.
@@ -224,6 +250,10 @@ struct Page<'v> {
     /// Type of the numbers that follow it.
     kind: VoxelType,
     compress: bool,
+    /// Bytes of the compressed voxels, for a header that tells them; 0 while they are not known.
+    packed: u64,
+    /// Slope and intercept that turn these into values, for a header that has a place for them.
+    rescale: (f64, f64),
     notes: Vec<String>,
 }
 
@@ -263,18 +293,36 @@ impl Write for Counter<'_> {
     }
 }
 
-fn encode(volume: &Volume, out: &mut dyn Write, name: &Path, format: WriteFormat, writing: &Writing) -> Result<Written> {
+/// What went out.
+struct Sent {
+    written: Written,
+    /// Bytes of compressed voxels, where they are compressed inside the file.
+    packed: u64,
+    /// Where the header tells how many these are.
+    size_at: Option<u64>,
+}
+
+fn encode(volume: &Volume, out: &mut dyn Write, name: &Path, format: WriteFormat, writing: &Writing, packed: u64) -> Result<Sent> {
     let mut notes = Vec::new();
     let numbers = match format {
         WriteFormat::Nifti if nifti::keeps_rescale(volume) => Numbers::as_stored(volume),
+        WriteFormat::Nifti => Numbers::as_values(volume, format, &mut notes),
+        _ if writing.stored => Numbers::as_stored(volume),
         _ => Numbers::as_values(volume, format, &mut notes),
     };
-    let mut page = Page { volume, kind: numbers.kind(), compress: writing.compress, notes };
+    let rescale = if numbers.is_stored() { volume.rescale() } else { (1.0, 0.0) };
+    if rescale != (1.0, 0.0) && !matches!(format, WriteFormat::Nifti | WriteFormat::MetaImage) {
+        let (slope, intercept) = rescale;
+        notes.push(format!(
+            "{format} keeps no slope and intercept: give --volume.slope {slope:?} --volume.intercept {intercept:?} where it is read"
+        ));
+    }
+    let mut page = Page { volume, kind: numbers.kind(), compress: writing.compress, packed, rescale, notes };
     let header = named(
         name,
         match format {
             WriteFormat::Nrrd => Ok(nrrd::header(&page)),
-            WriteFormat::Nifti => nifti::header(&mut page, numbers.is_stored()),
+            WriteFormat::Nifti => nifti::header(&mut page),
             WriteFormat::MetaImage => Ok(metaimage::header(&mut page)),
             WriteFormat::Npy => Ok(npy::header(&mut page)),
             WriteFormat::Raw => raw::header(&mut page),
@@ -309,8 +357,10 @@ fn encode(volume: &Volume, out: &mut dyn Write, name: &Path, format: WriteFormat
         }
     }
     out.flush().map_err(io)?;
+    let packed = if writing.compress { out.bytes.saturating_sub(header.len() as u64) } else { 0 };
+    let size_at = if writing.compress && format == WriteFormat::MetaImage { metaimage::size_at(&header) } else { None };
     if volume.grid().convention() == crate::volume::BoxConvention::Nodes {
         page.note("which box the voxels fill is not kept: give --volume.box nodes where the file is read");
     }
-    Ok(Written { bytes: out.bytes, voxel_type: page.kind, notes: page.notes })
+    Ok(Sent { written: Written { bytes: out.bytes, voxel_type: page.kind, notes: page.notes }, packed, size_at })
 }

@@ -44,11 +44,11 @@ impl Bytes {
     }
 }
 
-/// The header; `rescaled` says that slope and intercept are kept in it.
+/// The header.
 ///
 /// # Errors
 /// When an axis is too long for the format, when colours are not u8, when the grid's numbers overflow f32.
-pub(super) fn header(page: &mut Page, rescaled: bool) -> Result<Vec<u8>> {
+pub(super) fn header(page: &mut Page) -> Result<Vec<u8>> {
     let grid = page.volume.grid();
     let dims = grid.dims();
     if let Some(axis) = dims.iter().position(|&n| n > LONGEST) {
@@ -70,7 +70,7 @@ pub(super) fn header(page: &mut Page, rescaled: bool) -> Result<Vec<u8>> {
     bytes.i16(70, code);
     bytes.i16(72, bits);
     bytes.f32s(108, [VOXELS as f64]);
-    let (slope, intercept) = if rescaled { page.volume.rescale() } else { (1.0, 0.0) };
+    let (slope, intercept) = page.rescale;
     bytes.f32s(112, [slope, intercept]);
     // Millimetres, where the world is a body.
     let known = grid.space() != Space::Unknown;
@@ -144,7 +144,7 @@ fn geometry(page: &mut Page, bytes: &mut Bytes) -> Result<()> {
         let q = if q.w < 0.0 { -q } else { q };
         bytes.f32s(256, [q.x, q.y, q.z, origin.x, origin.y, origin.z]);
     } else {
-        page.note("the axes are not at right angles to each other: the file has no quaternion (qform), only a matrix (sform)");
+        page.note("the axes are not at right angles to each other: the file has a matrix (sform) and no quaternion (qform), which some programs refuse");
     }
     Ok(())
 }

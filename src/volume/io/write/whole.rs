@@ -3,7 +3,7 @@
 use crate::{Error, Result};
 use std::ffi::OsString;
 use std::fs::{self, File};
-use std::io::{self, Write};
+use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 /// A file in the making, under a name of its own beside the one that it will have. Dropped before [`Whole::finish`] it is taken away again.
@@ -36,6 +36,20 @@ impl Whole {
         // No file that is there already is written to.
         let file = File::options().write(true).create_new(true).open(&part).map_err(|e| Error::io(&part, e))?;
         Ok(Self { path: path.to_path_buf(), file, renamed: Some((part, real)) })
+    }
+
+    /// Whether it is a file of its own, not a device or a pipe.
+    pub(super) fn is_new(&self) -> bool {
+        self.renamed.is_some()
+    }
+
+    /// Replaces the bytes from byte `at` on.
+    ///
+    /// # Errors
+    /// When the system refuses.
+    pub(super) fn put(&mut self, at: u64, bytes: &[u8]) -> Result<()> {
+        let done = self.file.seek(SeekFrom::Start(at)).and_then(|_| self.file.write_all(bytes));
+        done.map_err(|e| Error::io(&self.path, e))
     }
 
     /// Gives the file its name.
