@@ -56,12 +56,9 @@ fn room<T: Voxel>(count: usize, limits: &Limits, what: &str) -> Result<Vec<T>> {
     if needed > u128::from(limits.voxel_bytes) {
         return Err(Error::Limit { what: format!("bytes of {what}"), needed, limit: limits.voxel_bytes.into() });
     }
-    let mut room = Vec::new();
-    if room.try_reserve_exact(count).is_err() {
-        return Err(Error::invalid(format!("{what}: this machine does not give {needed} bytes of memory")));
-    }
-    room.resize(count, T::from_f64(0.0));
-    Ok(room)
+    // The system's own zeros: the pages come when they are written to.
+    let zeros = bytemuck::try_zeroed_vec(count);
+    zeros.map_err(|()| Error::invalid(format!("{what}: this machine does not give {needed} bytes of memory")))
 }
 
 /// Runs an expression with a name bound to the type of a [`VoxelType`].
