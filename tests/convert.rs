@@ -338,6 +338,10 @@ fn what_cannot_be_written_is_told_in_a_line_and_leaves_nothing() {
     // What the name does not tell may be given; then gzip is what is asked for.
     io::write(&small, dir.path().join("a"), &plain.clone().format(WriteFormat::Nifti).compress(true)).unwrap();
     assert!(Volume::open(dir.path().join("a")).unwrap().voxels() == small.voxels());
+    for (name, gzip) in [("b.gz", true), ("b.bin", false)] {
+        io::write(&small, dir.path().join(name), &plain.clone().format(WriteFormat::Npy)).unwrap();
+        assert_eq!(std::fs::read(dir.path().join(name)).unwrap().starts_with(&[0x1f, 0x8b]), gzip, "{name}");
+    }
 }
 
 /// Stops after some steps.

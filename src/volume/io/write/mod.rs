@@ -25,7 +25,7 @@ mod whole;
 
 use super::field::named;
 use crate::settings::Progress;
-use crate::volume::{Volume, VoxelType};
+use crate::volume::{BoxConvention, Channels, Volume, VoxelType};
 use crate::{Error, Result};
 use flate2::write::ZlibEncoder;
 use flate2::{Compression, GzBuilder};
@@ -215,7 +215,8 @@ pub fn write(volume: &Volume, path: impl AsRef<Path>, writing: &Writing) -> Resu
 /// The format for the file `path`, and whether it is compressed.
 fn chosen(path: &Path, writing: &Writing) -> Result<(WriteFormat, bool)> {
     if let Some(format) = writing.format {
-        return Ok((format, writing.compress));
+        let gzip = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gz")) && !format.packs_inside();
+        return Ok((format, gzip || writing.compress));
     }
     let (format, gzip) = WriteFormat::of_path(path)?;
     if writing.compress && !gzip && !format.packs_inside() {
@@ -264,7 +265,7 @@ impl Page<'_> {
 
     /// Tells that the names of segments, and the kind of values, are left out.
     fn lost_names(&mut self, format: WriteFormat) {
-        if let crate::volume::Channels::Label(segments) = self.volume.channels() {
+        if let Channels::Label(segments) = self.volume.channels() {
             if !segments.is_empty() {
                 self.note(format!("{format} keeps no names of segments: those of {} labels are left out", segments.len()));
             }
@@ -359,7 +360,7 @@ fn encode(volume: &Volume, out: &mut dyn Write, name: &Path, format: WriteFormat
     out.flush().map_err(io)?;
     let packed = if writing.compress { out.bytes.saturating_sub(header.len() as u64) } else { 0 };
     let size_at = if writing.compress && format == WriteFormat::MetaImage { metaimage::size_at(&header) } else { None };
-    if volume.grid().convention() == crate::volume::BoxConvention::Nodes {
+    if volume.grid().convention() == BoxConvention::Nodes {
         page.note("which box the voxels fill is not kept: give --volume.box nodes where the file is read");
     }
     Ok(Sent { written: Written { bytes: out.bytes, voxel_type: page.kind, notes: page.notes }, packed, size_at })
