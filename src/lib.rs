@@ -43,6 +43,8 @@
 //! | to | look at |
 //! |---|---|
 //! | read or make a volume | [`Volume::open`], [`volume::io`], [`volume::phantom`], [`Volume::new`] |
+//! | crop or resample a volume, change its type | [`volume::edit`] |
+//! | write a volume | [`volume::io::write()`] |
 //! | say what to picture | [`Scene`], [`scene::Camera`], [`scene::TransferFunction`], [`scene::Preset`], [`scene::Fog`], [`scene::ClipPlane`], [`scene::Blend`] |
 //! | draw as OpenGL 1.x does, bit depth by bit depth | [`scene::OpenGl`], [`Scene::with_opengl`] |
 //! | read a scene file | [`scene::SceneFile`] |
@@ -76,7 +78,7 @@
 //!
 //! | feature | adds |
 //! |---|---|
-//! | `formats` | readers for NRRD, NIfTI, MetaImage, VTK, NumPy and raw files |
+//! | `formats` | readers for NRRD, NIfTI, MetaImage, VTK, NumPy and raw files, and writers for most of them |
 //! | `scene-file` | scenes as TOML or JSON, and their schema; takes `formats` and `encoders` with it |
 //! | `encoders` | picture files, written and read: PNG, NumPy, OpenEXR, JPEG, WebP, TIFF |
 //! | `annotate` | colour bar, scale bar, orientation letters, title, box on a finished picture |

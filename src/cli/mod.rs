@@ -7,6 +7,7 @@ mod animate;
 mod color;
 mod compare;
 mod completions;
+mod convert;
 mod explain;
 mod flags;
 mod golden;
@@ -48,6 +49,7 @@ Examples:
   slicestack render head.nrrd --preset mr-brain --azimuth 60 --size 800x600
   slicestack render scene.toml --slices.count 512     a scene file, one of its keys overridden
   slicestack slices head.nrrd --montage 4x5           cut pictures through it
+  slicestack convert head.nii.gz head.nrrd            the volume in another format
   slicestack explain scene.toml -o page               a page that shows how the picture comes about
   slicestack help render                              every flag, and more examples
   slicestack help opengl                              flags of the profile opengl";
@@ -66,6 +68,8 @@ enum Verb {
     Turntable(Box<turntable::TurntableArgs>),
     /// Make an animation between key frames: cameras, transfer functions, clip planes and other keys of a scene.
     Animate(Box<animate::AnimateArgs>),
+    /// Write a volume in another format, or a part of it, or with other voxels.
+    Convert(Box<convert::ConvertArgs>),
     /// Tell how far one picture is from another.
     Compare(compare::CompareArgs),
     /// Render the scene that a picture carries again, and tell whether it is the same.
@@ -124,6 +128,7 @@ pub(crate) fn run() -> ExitCode {
         Verb::Report(args) => report::run(&args),
         Verb::Animate(args) => animate::run(&args),
         Verb::Turntable(args) => turntable::run(&args),
+        Verb::Convert(args) => convert::run(&args),
         Verb::Compare(args) => compare::run(&args),
         Verb::Verify(args) => verify::run(&args),
         Verb::Golden(args) => golden::run(&args),

@@ -41,7 +41,7 @@ impl Sink {
     pub(super) fn spare(&self, kind: &str, is: fn(&[u8]) -> bool, inputs: &[&Path]) -> Result<()> {
         let Self::File(path) = self else { return Ok(()) };
         let Ok(real) = path.canonicalize() else { return Ok(()) };
-        if inputs.iter().any(|i| i.canonicalize().is_ok_and(|i| i == real)) {
+        if inputs.iter().any(|input| is_same(input, &real)) {
             bail!(Usage(format!("{}: would overwrite the input", path.display())));
         }
         if !real.is_file() {
@@ -65,6 +65,16 @@ impl Sink {
             Self::Stdout => print(bytes),
         }
     }
+}
+
+/// Whether two names are those of one file: the same after links are followed, or two of its hard links.
+fn is_same(input: &Path, real: &Path) -> bool {
+    #[cfg(unix)]
+    if let (Ok(a), Ok(b)) = (input.metadata(), real.metadata()) {
+        use std::os::unix::fs::MetadataExt;
+        return (a.dev(), a.ino()) == (b.dev(), b.ino());
+    }
+    input.canonicalize().is_ok_and(|input| input == real)
 }
 
 /// Writes `bytes` to stdout. A reader that has gone (`| head`) is no error.

@@ -20,6 +20,8 @@ pub(super) enum Phase {
     Rendering = 1,
     /// Writing: the file is finished first.
     Writing = 2,
+    /// Writing a large file: the work is asked to stop, and takes away what is there of it.
+    Streaming = 3,
 }
 
 static PHASE: AtomicU8 = AtomicU8::new(Phase::Idle as u8);
@@ -38,7 +40,8 @@ pub(super) fn catch_signals() -> anyhow::Result<()> {
     ctrlc::set_handler(|| {
         let again = STOP.swap(true, Ordering::SeqCst);
         let phase = PHASE.load(Ordering::SeqCst);
-        if phase == Phase::Writing as u8 || (phase == Phase::Rendering as u8 && !again) {
+        let tidies_up = phase == Phase::Writing as u8 || phase == Phase::Streaming as u8;
+        if tidies_up || (phase == Phase::Rendering as u8 && !again) {
             return;
         }
         super::complain("error", "stopped");

@@ -4,6 +4,7 @@ pub(crate) mod bricks;
 mod buffer;
 mod channels;
 mod digest;
+pub mod edit;
 mod grid;
 #[cfg(feature = "formats")]
 pub mod io;

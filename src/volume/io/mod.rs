@@ -19,6 +19,8 @@
 //! Large files that hold voxels as they are needed are mapped instead of read; see [`Limits::map_bytes`], also for what that asks of a
 //! file.
 //!
+//! Volumes are written by [`write()`], as NRRD, NIfTI, MetaImage, NumPy and raw files.
+//!
 //! A format is a file here that declares one `Reader`: its name, its extensions, what of it is read, how it is recognised, and how it is
 //! read. A line in `formats!` below makes it known. What is recognised and not read stands in `refused.rs`. Readers work on a `Store`: a
 //! file, as a stream or at chosen places, or a folder of files.
@@ -44,10 +46,12 @@ mod spread;
 mod store;
 mod stored;
 mod vtk;
+mod write;
 
 pub use raw::{RawSpec, read_raw};
 pub use reading::{Choice, Item, Part, Reading};
 pub use stored::Endian;
+pub use write::{WriteFormat, Writing, Written, write, write_to};
 
 use crate::settings::Limits;
 use crate::volume::Volume;
