@@ -421,7 +421,10 @@ fn what_may_be_chosen_is_listed_and_told() {
     let shown = text(&run(dir.path(), &["info", "v.nrrd"]).stdout);
     assert!(shown.contains("* frame 0 to 2") && shown.contains("frame 0 of 3 is read"), "{shown}");
     let json: Value = serde_json::from_slice(&run(dir.path(), &["info", "v.nrrd", "--json", "--volume.frame", "2"]).stdout).unwrap();
-    assert_eq!((json["choices"][0]["count"].as_u64(), json["min"].as_f64(), json["notes"].as_array().map(Vec::len)), (Some(3), Some(16.0), Some(0)));
+    assert_eq!(
+        (json["choices"][0]["count"].as_u64(), json["min"].as_f64(), json["notes"].as_array().map(Vec::len)),
+        (Some(3), Some(16.0), Some(0))
+    );
     let out = run(dir.path(), &["render", "v.nrrd", "--size", "16x12", "--count", "16"]);
     assert!(out.status.success() && text(&out.stderr).contains("note: frame 0 of 3 is read"), "{}", text(&out.stderr));
     let line = refused(dir.path(), &["render", "v.nrrd", "--volume.frame", "3"], 1);

@@ -143,6 +143,26 @@ fn frames_and_channels_of_nrrd() {
 }
 
 #[test]
+fn segments_of_nrrd_are_named() {
+    let head = "type: uchar\ndimension: 3\nsizes: 2 1 2\nencoding: raw\nSegment0_LabelValue:=1\nSegment0_Name:=left kidney\nSegment0_Color:=0.5 0.25 1\n\
+                Segment1_LabelValue:=3\nSegment1_Name:=liver\nSegment2_Name:=no label";
+    let volume = volume_of("a.seg.nrrd", nrrd(head, &counting(4)));
+    let Channels::Label(segments) = volume.channels() else { panic!("{:?}", volume.channels()) };
+    let told: Vec<_> = segments.iter().map(|s| (s.value, s.name.as_str(), s.color)).collect();
+    assert_eq!(told, [(1, "left kidney", Some([0.5, 0.25, 1.0])), (3, "liver", None)]);
+    let twice = volume_of("b.seg.nrrd", nrrd(&head.replace(":=3", ":=1"), &counting(4)));
+    assert_eq!(twice.channels(), &Channels::Scalar);
+    noted(&twice, &["the names of segments are left out", "same label 1"]);
+    let layers = head.replace("dimension: 3\nsizes: 2 1 2", "dimension: 4\nsizes: 2 2 1 1\nkinds: list domain domain domain")
+        + "\nSegment0_Layer:=0\nSegment1_Layer:=1";
+    let Channels::Label(segments) = chosen("c.seg.nrrd", nrrd(&layers, &counting(4)), Choice::new().frame(1)).unwrap().channels().clone()
+    else {
+        panic!("labels")
+    };
+    assert_eq!(segments.iter().map(|s| s.value).collect::<Vec<_>>(), [3]);
+}
+
+#[test]
 fn spacings_hold_where_no_axis_has_a_direction() {
     let head = "type: uchar\ndimension: 3\nspace: RAS\nsizes: 2 1 2\nspacings: 2 3 5\nspace directions: none none none\nspace origin: (10,12,100)\n\
                 kinds: space space space\nencoding: raw";

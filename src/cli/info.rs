@@ -212,7 +212,11 @@ fn as_text(volume: &Volume, depths: Option<SceneDepths>, items: &[Item]) -> Stri
         ("origin", list(grid.origin().to_array())),
         ("axes", format!("({}) ({}) ({})", axes[0], axes[1], axes[2])),
         ("space", space(volume).unwrap_or("not stated").to_owned()),
-        ("orientation", orientation(volume).map_or_else(|| "not known".to_owned(), |o| format!("{o} (where the axes x, y and z of the voxels lead to)"))),
+        (
+            "orientation",
+            orientation(volume)
+                .map_or_else(|| "not known".to_owned(), |o| format!("{o} (where the axes x, y and z of the voxels lead to)")),
+        ),
         ("box", format!("({}) to ({})", list(low), list(high))),
         ("modality", volume.modality().name().unwrap_or("not stated").to_owned()),
         ("taken for", format!("{}; first picture with {}", guess.reason, guess.preset.name())),

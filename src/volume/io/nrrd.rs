@@ -14,7 +14,7 @@ use super::source::{Source, Tail};
 use super::spread::{self, Pattern};
 use super::store::Store;
 use super::{Endian, Stored};
-use crate::volume::{Grid, Modality, Space, Volume, VoxelType};
+use crate::volume::{Grid, Modality, Segment, Space, Volume, VoxelType};
 use crate::{Error, Result};
 use glam::{DMat3, DVec3};
 use std::path::Path;
@@ -33,6 +33,8 @@ pub(super) const READER: Reader = Reader {
 struct Header {
     fields: Vec<(String, String)>,
     modality: Modality,
+    /// Number of a segment, what is said of it, and the value: keys such as `Segment0_Name`, which 3D Slicer writes.
+    segments: Vec<(usize, String, String)>,
 }
 
 impl Header {
@@ -43,7 +45,7 @@ impl Header {
         if !known && !matches!(magic.trim_end().strip_prefix("NRRD000"), Some("1" | "2" | "3" | "4" | "5" | "6")) {
             return Err(source.fault(format!("the first line is {}, not NRRD0001 to NRRD0006", shown(&magic))));
         }
-        let mut header = Self { fields: Vec::new(), modality: Modality::Unknown };
+        let mut header = Self { fields: Vec::new(), modality: Modality::Unknown, segments: Vec::new() };
         while let Some(line) = source.line()? {
             if line.is_empty() {
                 break;
@@ -57,6 +59,10 @@ impl Header {
                 Some((key, note)) if note.starts_with('=') => {
                     if matches!(key.to_ascii_lowercase().as_str(), "modality" | "dicom_0008_0060") {
                         header.modality = Field::new(path, key, &note[1..]).modality();
+                    }
+                    let parts = key.strip_prefix("Segment").and_then(|k| k.split_once('_'));
+                    if let Some((number, what)) = parts.and_then(|(n, what)| Some((n.parse().ok()?, what))) {
+                        header.segments.push((number, what.to_owned(), note[1..].trim().to_owned()));
                     }
                 }
                 Some((key, value)) => {
@@ -79,6 +85,29 @@ impl Header {
     fn get<'a>(&'a self, path: &'a Path, key: &'a str) -> Option<Field<'a>> {
         let bare: String = key.chars().filter(|&c| c != ' ').collect();
         self.fields.iter().find(|(k, _)| *k == bare).map(|(_, v)| Field::new(path, key, v))
+    }
+
+    /// The segments of layer `layer` whose labels are told, by number.
+    fn segments(&self, layer: usize) -> Vec<Segment> {
+        let said = |number: usize, what: &str| {
+            self.segments.iter().find(|(n, w, _)| *n == number && w == what).map(|(_, _, value)| value.as_str())
+        };
+        let mut numbers: Vec<usize> = self.segments.iter().map(|s| s.0).collect();
+        numbers.sort_unstable();
+        numbers.dedup();
+        let segment = |number: usize| {
+            let label = said(number, "LabelValue")?.parse().ok()?;
+            if said(number, "Layer").is_some_and(|l| l.parse() != Ok(layer)) {
+                return None;
+            }
+            let segment = Segment::new(label, said(number, "Name").unwrap_or_default());
+            let color: Option<Vec<f64>> = said(number, "Color").and_then(|c| c.split_ascii_whitespace().map(|w| w.parse().ok()).collect());
+            Some(match color.as_deref() {
+                Some(&[r, g, b]) => segment.with_color([r, g, b]),
+                _ => segment,
+            })
+        };
+        numbers.into_iter().filter_map(segment).collect()
     }
 
     fn need<'a>(&'a self, path: &'a Path, key: &'a str) -> Result<Field<'a>> {
@@ -415,5 +444,13 @@ fn read(store: Store, reading: &Reading) -> Result<Volume> {
     let mut data = open_data(&header, source, wrapping, bytes)?;
     let encoding = if wrapping == Wrapping::Ascii { Encoding::Text } else { Encoding::Binary(endian) };
     let volume = axes.layout.volume(&mut data, (stored, encoding), Tail::Ignored, grid, reading)?;
-    Ok(volume.with_modality(header.modality))
+    let volume = volume.with_modality(header.modality);
+    let segments = header.segments(reading.choice.frame.unwrap_or(0));
+    if segments.is_empty() || volume.scalars().is_none() {
+        return Ok(volume);
+    }
+    Ok(match volume.clone().with_segments(segments) {
+        Ok(labelled) => labelled,
+        Err(e) => volume.with_note(format!("the names of segments are left out: {e}")),
+    })
 }

@@ -94,7 +94,7 @@ impl Source {
             packed: None,
             header_left: limits.header_bytes,
             limits: *limits,
-            once: false,
+            once: !meta.is_file(),
         })
     }
 
