@@ -463,8 +463,8 @@ fn numpy_arrays_of_frames_colours_and_other_numbers() {
     let array = |descr: &str, shape: &str, data: &[u8]| {
         npy_raw(1, &format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}"), data)
     };
-    let four = array("|u1", "(3, 2, 1, 2)", &counting(12));
-    assert_eq!(stored(&chosen("a.npy", &four, Choice::new().frame(2)).unwrap()), [8.0, 9.0, 10.0, 11.0]);
+    let four = array("|u1", "(3, 2, 2, 2)", &counting(24));
+    assert_eq!(stored(&chosen("a.npy", &four, Choice::new().frame(2)).unwrap()), (16..24).map(f64::from).collect::<Vec<_>>());
     noted(&volume_of("a.npy", &four), &["frame 0 of 3"]);
     let colors = array("|u1", "(1, 1, 2, 3)", &counting(6));
     assert!(matches!(volume_of("b.npy", &colors).colors(), Some(Colors::U8([[0, 1, 2, 255], [3, 4, 5, 255]]))));
