@@ -6,6 +6,8 @@
 //! | NIfTI-1 | `.nii`, `.hdr`, `.img` | one file or a pair; both byte orders; sform, qform; rescale |
 //! | MetaImage | `.mha`, `.mhd` | raw, zlib and ascii; data in the file or beside it; both byte orders; oblique axes |
 //! | VTK legacy | `.vtk` | structured points, binary and ascii, scalars of points or cells |
+//! | VTK XML | `.vti`, `.vtr` | image data, rectilinear grids of even spacing; ascii, base64 and raw, zlib and LZ4; both byte orders; any array of points or cells |
+//! | MRC/CCP4 | `.mrc`, `.map`, `.ccp4`, `.rec`, `.st` | i8, u8, i16, u16, f16, f32 and complex f32; both byte orders; skewed cells, any order of axes; stacks of volumes |
 //! | NumPy | `.npy` | three dimensions (z, y, x), C and Fortran order, both byte orders |
 //! | NumPy archive | `.npz` | its first array of three dimensions, stored or deflated |
 //! | VolVis | `.dat` | three dimensions, then little-endian u16 voxels; known by its exact length |
@@ -29,6 +31,7 @@ mod field;
 mod folder;
 mod gzip;
 mod metaimage;
+mod mrc;
 mod nifti;
 mod npy;
 mod npz;
@@ -40,6 +43,7 @@ mod refused;
 mod source;
 mod store;
 mod stored;
+mod vti;
 mod vtk;
 
 pub use raw::{RawSpec, read_raw};
@@ -87,6 +91,8 @@ formats! {
     Nifti in nifti,
     MetaImage in metaimage,
     Vtk in vtk,
+    Vti in vti,
+    Mrc in mrc,
     Npy in npy,
     Npz in npz,
     Dat in dat,
