@@ -1,6 +1,6 @@
 //! A writer of VTK's XML format with every way to write an array.
 
-use super::{join, zlib};
+use crate::files::{join, zlib};
 use slicestack::volume::VoxelType;
 use slicestack::volume::io::Endian;
 
