@@ -210,6 +210,8 @@ fn one_volume_of_a_stack_is_read() {
         assert_eq!(*volume.voxels(), Voxels::U16(part.to_vec().into()));
         assert_eq!((volume.grid().dims(), volume.grid().spacing()[2]), ([5, 4, 2], 9.0));
         assert_eq!(volume.notes(), [UNIT]);
+        let packed = open_as("stack.mrc.gz", &gz(&file), &Reading::new().choice(Choice::new().frame(n))).unwrap();
+        assert_eq!(packed.voxels(), volume.voxels());
     }
     assert!(frame(3).unwrap_err().contains("volume.frame is 3: there are 3, 0 to 2"));
     assert_eq!(read(&file).notes()[1], "of the 3 volumes the first one is read; volume.frame chooses another");

@@ -349,7 +349,8 @@ fn what_is_not_read_is_told_by_name() {
     assert!(told(&plain[..at + 40]).contains("60 bytes, the file holds 35 after its header"), "{}", told(&plain[..at + 40]));
     assert!(told(&plain[..at]).contains("where appended data should start"));
     assert!(told(&plain[..at - 60]).contains("the file ends"));
-    assert!(told(&text[..text.len() - 70]).contains("within the element DataArray"), "{}", told(&text[..text.len() - 70]));
+    let end = text.windows(13).position(|w| w == b"\n</DataArray>").unwrap();
+    assert!(told(&text[..end - 5]).contains("within the element DataArray"), "{}", told(&text[..end - 5]));
     assert!(told(&with(&text, "\n</DataArray>", "\n7 </DataArray>")).contains("more than 60 numbers"));
     assert!(told(&with(&text, "0\n255\n", "0\n256\n")).contains("voxel 1 is \"256\", which is no u8"));
     assert!(told(&with(&text, "0\n255\n", "0\n")).contains("only 59 are there"));
@@ -364,6 +365,7 @@ fn what_is_not_read_is_told_by_name() {
 
 #[test]
 fn claims_are_refused_before_memory_is_taken() {
+    let before = peak();
     let sample = Sample::new(VoxelType::U8, [8, 8, 8]);
     for way in [Way::AppendedRaw, Way::AppendedBase64, Way::Base64] {
         for pack in PACKS {
@@ -394,6 +396,58 @@ fn claims_are_refused_before_memory_is_taken() {
     assert!(line.contains("takes 4294967295 bytes for 1073741824"), "{line}");
     let line = told(&file(&words([u32::MAX, u32::MAX, u32::MAX, 1])));
     assert!(line.contains("has 18446744065119617025 bytes, but its extent and type take 1073741824"), "{line}");
+    let grown = peak() - before;
+    assert!(grown < 1 << 29, "address space grew by {grown} bytes");
+}
+
+/// Peak of this process's address space in bytes: memory that was asked for, used or not.
+fn peak() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find(|l| l.starts_with("VmPeak:"));
+    line.and_then(|l| l.split_whitespace().nth(1)?.parse::<u64>().ok()).map_or(0, |kib| kib * 1024)
+}
+
+#[cfg(unix)]
+#[test]
+fn appended_arrays_come_through_a_pipe_and_others_are_refused() {
+    let sample = Sample::new(VoxelType::U16, [5, 4, 6]);
+    let dir = TempDir::new().unwrap();
+    let path = dir.path().join("volume.vti");
+    assert!(std::process::Command::new("mkfifo").arg(&path).status().unwrap().success());
+    let through = |file: Vec<u8>| {
+        let to = path.clone();
+        let writer = std::thread::spawn(move || drop(std::fs::write(to, file)));
+        let result = io::read(&path, &Limits::new()).map_err(|e| e.to_string());
+        writer.join().unwrap();
+        result
+    };
+    for (way, pack) in WAYS.into_iter().flat_map(|w| PACKS.map(|p| (w, p))) {
+        let style = Style::new(way, pack);
+        let file = style.image(sample.dims, SPACE, &[scalars("a", &sample, style.endian)], &[]);
+        for file in [gz(&file), file] {
+            match through(file) {
+                Ok(volume) => assert!(*volume.voxels() == sample.voxels && matches!(way, Way::AppendedRaw | Way::AppendedBase64)),
+                Err(line) => assert!(line.contains("cannot be read from a pipe") && matches!(way, Way::Text | Way::Base64), "{line}"),
+            }
+        }
+    }
+}
+
+#[test]
+fn reading_pieces_can_be_stopped() {
+    struct Stop;
+    impl slicestack::Progress for Stop {
+        fn step(&self, _: &str, done: u64, total: u64) -> bool {
+            assert_eq!(total, 2);
+            done < 1
+        }
+    }
+    let file = two_pieces(Style::new(Way::AppendedRaw, Pack::None), &Sample::new(VoxelType::I16, [7, 4, 5]));
+    let dir = TempDir::new().unwrap();
+    let path = dir.path().join("volume.vti");
+    std::fs::write(&path, file).unwrap();
+    let result = io::read_as(&path, &Reading::new().progress(std::sync::Arc::new(Stop)));
+    assert!(matches!(result, Err(slicestack::Error::Stopped)));
 }
 
 #[test]
@@ -406,7 +460,7 @@ fn damaged_files_never_panic_or_dawdle() {
     let dir = TempDir::new().unwrap();
     let path = dir.path().join("damaged.vti");
     let mut random = Random(42);
-    let (mut read, mut refused) = (0, 0);
+    let (mut read, mut refused, before) = (0, 0, peak());
     for seed in &seeds {
         let head = seed.iter().rposition(|&b| b == b'_').unwrap_or(400).min(600);
         for _ in 0..150 {
@@ -444,4 +498,7 @@ fn damaged_files_never_panic_or_dawdle() {
         }
     }
     assert!(read > 100 && refused > 1000, "{read} read, {refused} refused");
+    // Threads' own arenas are far below this.
+    let grown = peak() - before;
+    assert!(grown < 1 << 30, "address space grew by {grown} bytes");
 }

@@ -276,6 +276,7 @@ fn read(store: Store, reading: &Reading) -> Result<Volume> {
     source.skip(header.extended()?)?;
     let before = grid.voxel_count() as u128 * stored.bytes() as u128 * frame as u128;
     source.skip(u64::try_from(before).unwrap_or(u64::MAX))?;
-    let voxels = source.voxels([nx, ny, nz], stored, header.endian, Tail::Ignored)?;
+    let tail = if frame + 1 < count { Tail::Unchecked } else { Tail::Ignored };
+    let voxels = source.voxels([nx, ny, nz], stored, header.endian, tail)?;
     Ok(notes.into_iter().fold(named(&path, Volume::new(grid, voxels))?, Volume::with_note))
 }
