@@ -138,6 +138,17 @@ fn axes_cell_and_start_place_the_grid() {
     // An origin goes before the start.
     let volume = read(&small(|h| (le(h, 16, 10), lef(h, 196, 0.5), lef(h, 204, -7.0)).0));
     assert_eq!(volume.grid().index_to_world().translation, DVec3::new(0.5, 0.0, -7.0));
+    // IMOD had it the other way round.
+    let imod = |flags: i32, version: i32| {
+        let volume = read(&small(|h| {
+            h[152..156].copy_from_slice(b"IMOD");
+            le(h, 156, flags);
+            le(h, 108, version);
+            lef(h, 196, 0.5);
+        }));
+        (volume.grid().index_to_world().translation.x, volume.notes().len())
+    };
+    assert_eq!((imod(1, 0), imod(5, 0), imod(1, 20140)), ((-0.5, 2), (0.5, 1), (0.5, 1)));
     // A cell of 80, 100 and 120 degrees: lengths and angles come back.
     let volume = read(&small(|h| (lef(h, 52, 80.0), lef(h, 56, 100.0), lef(h, 60, 120.0)).0));
     let steps = volume.grid().index_to_world().matrix3;
@@ -233,6 +244,14 @@ fn one_volume_of_a_stack_is_read() {
 fn what_is_wrong_is_told_in_one_line() {
     for (change, says) in [
         (&(|h: &mut Vec<u8>| le(h, 12, 3)) as &dyn Fn(&mut Vec<u8>), "mode is 3 (complex numbers of 16-bit integers): not supported"),
+        (
+            &|h| {
+                le(h, 12, 0);
+                h[152..156].copy_from_slice(b"IMOD");
+                le(h, 156, 17);
+            },
+            "mode is 0 with a flag of IMOD for two numbers of 4 bits a byte: not supported",
+        ),
         (&|h| le(h, 12, 101), "mode is 101 (numbers of 4 bits): not supported"),
         (&|h| le(h, 12, 16), "mode is 16 (RGB colours): not supported"),
         (&|h| le(h, 12, 77), "mode is 77 (no mode of MRC2014): not supported"),

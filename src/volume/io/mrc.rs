@@ -40,6 +40,7 @@ mod at {
     pub(super) const HIGHEST: usize = 80;
     pub(super) const SPACE_GROUP: usize = 88;
     pub(super) const EXTENDED: usize = 92;
+    pub(super) const VERSION: usize = 108;
     pub(super) const IMOD_STAMP: usize = 152;
     pub(super) const IMOD_FLAGS: usize = 156;
     pub(super) const ORIGIN: usize = 196;
@@ -110,13 +111,22 @@ impl<'a> Header<'a> {
         u64::try_from(bytes).map_err(|_| self.fault(format!("NSYMBT is {bytes}: an extended header cannot have so many bytes")))
     }
 
+    /// The flags of IMOD, where that wrote the file: 1 for bytes with a sign, 4 for an origin of the sign that MRC2014 gives it, 16 for bytes
+    /// that hold two numbers each.
+    fn imod(&self) -> Option<i32> {
+        (self.endian.u32(&self.bytes[at::IMOD_STAMP..]) == IMOD).then(|| self.i32(at::IMOD_FLAGS))
+    }
+
     /// The type, and what is to be told of it.
     fn stored(&self) -> Result<(Stored, Option<String>)> {
         use VoxelType::{F32, I8, I16, U8, U16};
         let mode = self.i32(at::MODE);
         let name = match mode {
             0 => {
-                let imod = self.endian.u32(&self.bytes[at::IMOD_STAMP..]) == IMOD && self.i32(at::IMOD_FLAGS) & 1 == 0;
+                if self.imod().is_some_and(|flags| flags & 16 != 0) {
+                    return Err(self.fault("mode is 0 with a flag of IMOD for two numbers of 4 bits a byte: not supported".to_owned()));
+                }
+                let imod = self.imod().is_some_and(|flags| flags & 1 == 0);
                 let [low, high] = [at::LOWEST, at::HIGHEST].map(|at| self.endian.f32(&self.bytes[at..]));
                 let reason = match () {
                     () if imod => "a flag of IMOD says so".to_owned(),
@@ -200,7 +210,12 @@ impl<'a> Header<'a> {
         let (axes, cell) = (self.axes(notes)?, self.steps(notes)?);
         let steps = axes.map(|axis| cell[axis]);
         // Of a transform the origin is a phase, not a place.
-        let origin = if self.i32(at::MODE) == 4 { DVec3::ZERO } else { self.vector(at::ORIGIN, "ORIGIN")? };
+        let mut origin = if self.i32(at::MODE) == 4 { DVec3::ZERO } else { self.vector(at::ORIGIN, "ORIGIN")? };
+        // IMOD counted from the origin to the voxels' corner the other way round, before it wrote versions of MRC2014.
+        if origin != DVec3::ZERO && self.i32(at::VERSION) == 0 && self.imod().is_some_and(|flags| flags & 4 == 0) {
+            origin = -origin;
+            notes.push("the sign of the origin is turned around, since the file is in IMOD's own form".to_owned());
+        }
         let start = self.triple(at::START).map(f64::from);
         let origin = if origin == DVec3::ZERO { steps[0] * start[0] + steps[1] * start[1] + steps[2] * start[2] } else { origin };
         Ok((origin, DMat3::from_cols(steps[0], steps[1], steps[2])))

@@ -120,10 +120,14 @@ impl Blocks {
         if done as u64 == self.left {
             // The checksum comes behind the last byte.
             let mut more = [0];
-            while let (written, false) = self.step(&mut more)? {
+            loop {
+                let (written, ended) = self.step(&mut more)?;
                 if written > 0 {
                     let block = self.begun - 1;
                     return Err(damaged(format!("block {block} has more than {} bytes", self.table.unpacked(block))));
+                }
+                if ended {
+                    break;
                 }
             }
             return self.end(done);
