@@ -335,6 +335,7 @@ fn what_is_not_read_is_told_by_name() {
         (head("<PointData>", "<!DOCTYPE a [<!ENTITY b \"c\">]><PointData>"), "the XML has a DTD"),
         (head("Name=\"a\"", "Name=\"&b;\""), "the XML is damaged"),
         (head("<PointData>", "<PointData a=\"1\" a=\"2\">"), "the XML is damaged"),
+        (head("<PointData>", &format!("<PointData {}>", "a=\"\" ".repeat(65))), "more than 64 attributes in the tag before byte"),
         (head("<PointData>", &"<a>".repeat(40)), "more than 32 deep"),
         (head("<PointData>", &format!("<PointData b=\"{}\">", "c".repeat(70_000))), "a tag of more than 65536 bytes"),
         (head("<PointData>", &" ".repeat(1_100_000)), "bytes of XML outside the arrays"),

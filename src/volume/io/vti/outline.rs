@@ -10,6 +10,8 @@ use std::ops::Range;
 
 /// Most bytes of one tag or comment.
 const LONGEST: usize = 1 << 16;
+/// Most attributes of an element. An XML parser compares each with each.
+const ATTRIBUTES: usize = 64;
 /// Most elements that are open, one in the other.
 const DEEPEST: usize = 32;
 
@@ -82,6 +84,9 @@ impl Scanner<'_> {
                 }
                 _ => {
                     let closed = tag.ends_with(b"/>");
+                    if tag.iter().filter(|&&b| b == b'=').count() > ATTRIBUTES {
+                        return Err(self.source.fault(format!("more than {ATTRIBUTES} attributes in the tag before byte {}", self.place)));
+                    }
                     let name: Vec<u8> = tag[1..].iter().copied().take_while(|b| !b.is_ascii_whitespace() && !b"/>".contains(b)).collect();
                     let start = self.text.len();
                     self.keep(&tag)?;
