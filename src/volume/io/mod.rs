@@ -6,6 +6,8 @@
 //! | NIfTI | `.nii`, `.hdr`, `.img` | versions 1 and 2, ANALYZE 7.5; one file or a pair; sform, qform; rescale; colours, channels, frames |
 //! | MetaImage | `.mha`, `.mhd` | raw, zlib and ascii; data in the file, beside it or in many; both byte orders; oblique axes; colours, channels, frames |
 //! | VTK legacy | `.vtk` | structured points, binary and ascii; arrays of points or cells by name; colours, channels |
+//! | VTK XML | `.vti`, `.vtr` | image data, rectilinear grids of even spacing; ascii, base64 and raw, zlib and LZ4; both byte orders; any array of points or cells |
+//! | MRC/CCP4 | `.mrc`, `.map`, `.ccp4`, `.rec`, `.st` | i8, u8, i16, u16, f16, f32 and complex f32; both byte orders; skewed cells, any order of axes; stacks of volumes |
 //! | NumPy | `.npy` | (z, y, x), (frame, z, y, x) or bytes of (z, y, x, colour); C and Fortran order, both byte orders |
 //! | NumPy archive | `.npz` | its first array of three dimensions, stored or deflated |
 //! | VolVis | `.dat` | three dimensions, then little-endian u16 voxels; known by its exact length |
@@ -33,6 +35,7 @@ mod gzip;
 mod hex;
 mod layout;
 mod metaimage;
+mod mrc;
 mod nifti;
 mod npy;
 mod npz;
@@ -45,6 +48,7 @@ mod source;
 mod spread;
 mod store;
 mod stored;
+mod vti;
 mod vtk;
 mod write;
 
@@ -94,6 +98,8 @@ formats! {
     Nifti in nifti,
     MetaImage in metaimage,
     Vtk in vtk,
+    Vti in vti,
+    Mrc in mrc,
     Npy in npy,
     Npz in npz,
     Dat in dat,

@@ -27,8 +27,9 @@ pub(super) const REFUSALS: [Refusal; 8] = [
         says: "a tar archive: not supported, unpack it and name the volume file (a DICOM series is not supported either)",
     },
     Refusal {
-        probe: |c| only(Magic, c.has(0, b"<?xml") || c.has(0, b"<VTKFile")),
-        says: "an XML file: not supported (of VTK, the legacy .vtk format is read)",
+        // A VTK file starts like this too; its reader comes first.
+        probe: |c| only(Magic, c.has(0, b"<?xml")),
+        says: "an XML file: not supported (of XML, VTK's image data is read)",
     },
     Refusal { probe: |c| only(Magic, c.has(0, b"II*\0") || c.has(0, b"MM\0*")), says: "a TIFF file: not supported" },
     Refusal { probe: |c| only(Magic, c.has(0, b"\x89HDF")), says: "an HDF5 file: not supported" },
