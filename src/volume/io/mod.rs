@@ -2,6 +2,7 @@
 //!
 //! | format | files | what is read |
 //! |---|---|---|
+//! | DICOM | `.dcm`, `.dicom`, `.ima` | a file, a folder, a zip or tar archive of them; series by position, gantry tilt, frames; RLE, JPEG, JPEG-LS, JPEG 2000 |
 //! | NRRD | `.nrrd`, `.nhdr` | raw, gzip and ascii; data in the file or beside it; both byte orders; oblique axes |
 //! | NIfTI-1 | `.nii`, `.hdr`, `.img` | one file or a pair; both byte orders; sform, qform; rescale |
 //! | MetaImage | `.mha`, `.mhd` | raw, zlib and ascii; data in the file or beside it; both byte orders; oblique axes |
@@ -25,6 +26,8 @@
 
 mod ascii;
 mod dat;
+#[cfg(feature = "dicom")]
+mod dicom;
 mod field;
 mod folder;
 mod gzip;
@@ -40,7 +43,10 @@ mod refused;
 mod source;
 mod store;
 mod stored;
+#[cfg(feature = "dicom")]
+mod tree;
 mod vtk;
+mod zip;
 
 pub use raw::{RawSpec, read_raw};
 pub use reading::{Choice, Item, Part, Reading};
@@ -83,6 +89,9 @@ macro_rules! formats {
 // Of two that are as sure of a file the first one reads it. A reader that takes other libraries stands behind a feature of its own, such as
 // `#[cfg(feature = "dicom")]`; without it `refused.rs` says what is missing.
 formats! {
+    // First: what stands before its magic may look like another format.
+    #[cfg(feature = "dicom")]
+    Dicom in dicom,
     Nrrd in nrrd,
     Nifti in nifti,
     MetaImage in metaimage,
@@ -128,7 +137,8 @@ fn judge(clues: &Clues) -> Verdict {
     let (mut surest, mut verdict) = (Certainty::No, Verdict::Unknown);
     let known = Format::ALL.iter().map(|&format| ((format.reader().probe)(clues), Verdict::Known(format)));
     let refused = REFUSALS.iter().map(|refusal| ((refusal.probe)(clues), Verdict::Refused(refusal.says)));
-    for (certainty, candidate) in known.chain(refused) {
+    // What is refused comes first: a DICOM file may begin like one of another format.
+    for (certainty, candidate) in refused.chain(known) {
         if certainty > surest {
             (surest, verdict) = (certainty, candidate);
         }
