@@ -89,7 +89,7 @@ macro_rules! formats {
 // Of two that are as sure of a file the first one reads it. A reader that takes other libraries stands behind a feature of its own, such as
 // `#[cfg(feature = "dicom")]`; without it `refused.rs` says what is missing.
 formats! {
-    // First: what stands before its magic may look like another format.
+    // Before archives and folders of other formats, which it looks into.
     #[cfg(feature = "dicom")]
     Dicom in dicom,
     Nrrd in nrrd,
@@ -137,8 +137,7 @@ fn judge(clues: &Clues) -> Verdict {
     let (mut surest, mut verdict) = (Certainty::No, Verdict::Unknown);
     let known = Format::ALL.iter().map(|&format| ((format.reader().probe)(clues), Verdict::Known(format)));
     let refused = REFUSALS.iter().map(|refusal| ((refusal.probe)(clues), Verdict::Refused(refusal.says)));
-    // What is refused comes first: a DICOM file may begin like one of another format.
-    for (certainty, candidate) in refused.chain(known) {
+    for (certainty, candidate) in known.chain(refused) {
         if certainty > surest {
             (surest, verdict) = (certainty, candidate);
         }

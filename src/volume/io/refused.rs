@@ -1,7 +1,7 @@
 //! What is recognised and not read, with words on what to do instead.
 
 #[cfg(not(feature = "dicom"))]
-use super::reader::Certainty::Hint;
+use super::reader::Certainty::{Hint, Inner};
 use super::reader::Certainty::{Length, Magic, No};
 use super::reader::{Certainty, Clues, Refusal};
 
@@ -19,7 +19,7 @@ pub(super) const REFUSALS: &[Refusal] = &[
         probe: |c| {
             // Without the usual preamble a DICOM file begins with an element of group 8.
             let bare = c.has(0, &[8, 0, 0, 0]) || c.has(0, &[8, 0, 5, 0]);
-            if c.has(DICOM, b"DICM") { Magic } else { only(Hint, bare) }
+            if c.has(DICOM, b"DICM") { Inner } else { only(Hint, bare) }
         },
         says: "a DICOM file: this build was made without the feature `dicom`, convert the series to NRRD or NIfTI",
     },

@@ -393,9 +393,9 @@ impl Header {
             return Err(format!("{} frames are described, there are {count}", self.frames.len()));
         }
         if self.frames.is_empty() {
-            // A position that is said once is that of the first frame.
-            let mut frames = vec![Facts { position: None, ..common.clone() }; count];
-            frames[0].position = common.position;
+            // A position that is said once is that of the first frame: without more it says nothing of the others.
+            let position = common.position.filter(|_| count == 1);
+            let mut frames = vec![Facts { position, ..common.clone() }; count];
             if let (Some(offsets), Some(position), Some([row, column])) = (offsets, common.position, common.orientation) {
                 let normal = row.cross(column);
                 frames.iter_mut().zip(&offsets).for_each(|(frame, o)| frame.position = Some(position + normal * (o - offsets[0])));
@@ -430,7 +430,7 @@ pub(super) fn look(leaf: Leaf) -> Result<Found> {
     }
     let mut named = None;
     while bytes.source.peek(6)?.starts_with(&[2, 0]) {
-        let explicit = bytes.source.peek(6)?[4..].iter().all(u8::is_ascii_uppercase);
+        let explicit = seen_encoding(bytes.source.peek(6)?).explicit;
         let element = bytes.element(if explicit { Encoding::EXPLICIT } else { Encoding::IMPLICIT })?;
         match element.length {
             Some(length) if element.tag == 0x0002_0010 => named = Some(text(&bytes.value(element, length)?)),

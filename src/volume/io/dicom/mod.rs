@@ -55,7 +55,7 @@ const LOOKED_INTO: usize = 64;
 
 fn probe(clues: &Clues) -> Certainty {
     if has_magic(clues.head) {
-        return Certainty::Magic;
+        return Certainty::Inner;
     }
     let archive = clues.has(0, b"PK\x03\x04") || is_tar(clues.head);
     if clues.folder.is_some() || archive {

@@ -45,14 +45,15 @@ fn unpack(mut data: &[u8], out: &mut [u8], first: usize, step: usize) -> usize {
             let run = (control as usize + 1).min(data.len());
             let (now, later) = data.split_at(run);
             data = later;
-            for (to, byte) in to.by_ref().zip(now) {
+            // In this order no place is lost at the end of the run.
+            for (byte, to) in now.iter().zip(to.by_ref()) {
                 *to = *byte;
                 count += 1;
             }
         } else if control != i8::MIN {
             let [byte, rest @ ..] = data else { break };
             data = rest;
-            for to in to.by_ref().take(1 - isize::from(control) as usize) {
+            for to in to.by_ref().take((1 - isize::from(control)) as usize) {
                 *to = *byte;
                 count += 1;
             }

@@ -12,6 +12,8 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Directions may differ so much in each number within a group, sizes of pixels by so much of themselves.
 const ALIKE: f64 = 1e-3;
 
+/// What is said of a file that is no DICOM file.
+const NOTHING: &str = "no DICOM file";
 /// Groups of one series that a frame is held against, the newest ones: a scan may turn from image to image.
 const MOST_OPEN: usize = 256;
 
@@ -65,7 +67,7 @@ impl Study {
             match look(leaf) {
                 Ok(Found::Image(image)) => images.push(*image),
                 Ok(Found::Other(what)) => *others.entry(what).or_default() += 1,
-                Ok(Found::Nothing) => *others.entry("no DICOM file").or_default() += 1,
+                Ok(Found::Nothing) => *others.entry(NOTHING).or_default() += 1,
                 // A file of a folder that is damaged may be of another series than the one that is meant.
                 Err(e @ (Error::Format { .. } | Error::Limit { .. } | Error::Io { .. })) if !tree.is_one() => {
                     damaged = Some(damaged.take().map_or((1, e), |(n, first)| (n + 1, first)));
@@ -79,8 +81,11 @@ impl Study {
             return Err(match damaged {
                 Some((_, e)) => e,
                 None if tree.is_one() => {
-                    let what = others.keys().next().copied().unwrap_or("no image");
-                    Error::format(tree.path(), format!("a DICOM file that is {what}: there are no voxels in it"))
+                    let what = match others.keys().next().copied() {
+                        None | Some(NOTHING) => "no DICOM file: it has neither \"DICM\" at byte 128 nor a data set at its start".to_owned(),
+                        Some(what) => format!("a DICOM file that is {what}: there are no voxels in it"),
+                    };
+                    Error::format(tree.path(), what)
                 }
                 None if others.is_empty() => Error::format(tree.path(), "there are no files in it"),
                 None => {
