@@ -161,14 +161,12 @@ fn files_without_a_preamble_are_read() {
 
 #[test]
 fn the_magic_counts_whatever_stands_before_it() {
-    for start in [&b"\x5c\x01\0\0"[..], b"II*\0", b"MM\0*", b"PK\x03\x04", b"\x1f\x8b\x08\0"] {
-        let mut bytes = file(&slice(COLUMNS, ROWS, "1", 1, 0.0, &noise(PIXELS, 1)), EXPLICIT, None);
+    for start in [&b"\x5c\x01\0\0"[..], b"II*\0", b"MM\0*", b"PK\x03\x04", b"NRRD", b"<?xml"] {
+        let mut bytes = file(&slice(COLUMNS, ROWS, "1", 1, 0.0, &noise(PIXELS, 0)), EXPLICIT, None);
         bytes[..start.len()].copy_from_slice(start);
         let dir = folder(&[("image".to_owned(), bytes)]);
-        if start[0] == 0x1f {
-            continue;
-        }
         assert_eq!(io::detect(dir.path().join("image")).unwrap().name(), "DICOM");
+        assert_eq!(numbers(&Volume::open(dir.path().join("image")).unwrap()), expected([0]));
     }
 }
 
@@ -449,11 +447,11 @@ fn compressed_frames_to_the_voxel() {
     let blocks = [vec![3], vec![200], vec![128], vec![255]];
     let eight = base.clone().word(0x0028_0010, 8).word(0x0028_0011, 32).word(0x0028_0100, 8).word(0x0028_0101, 8).word(0x0028_0102, 7);
     let stream = jpeg_blocks(32, 8, &blocks);
-    let volume = one(&file(&eight, JPEG_BASELINE, Some(&encapsulated(&[stream.clone()], &[])))).unwrap();
+    let volume = one(&file(&eight, JPEG_BASELINE, Some(&encapsulated(std::slice::from_ref(&stream), &[])))).unwrap();
     assert!(numbers(&volume).iter().enumerate().all(|(i, &v)| v == f64::from(blocks[i % 32 / 8][0])), "{:?}", numbers(&volume));
     // A stream of another size than the file says is not decoded.
     for (tag, value) in [(0x0028_0010, 9), (0x0028_0011, 31)] {
-        let line = one(&file(&eight.clone().word(tag, value), JPEG_BASELINE, Some(&encapsulated(&[stream.clone()], &[]))))
+        let line = one(&file(&eight.clone().word(tag, value), JPEG_BASELINE, Some(&encapsulated(std::slice::from_ref(&stream), &[]))))
             .unwrap_err()
             .to_string();
         assert!(line.contains("holds 32 x 8 pixels of 1 x 8 bits, the header says"), "{line}");
@@ -477,17 +475,17 @@ fn colours_become_colours() {
         assert_eq!(volume.colors(), Some(Colors::U8(&want)));
         assert_eq!(volume.modality(), Modality::Unknown);
     }
+    // Bytes in words of the other byte order, of which there is an odd number.
+    let turned: Vec<u16> = rgb.chunks(2).map(|p| u16::from_be_bytes([p.get(1).copied().unwrap_or(0), p[0]])).collect();
+    let volume = one(&file(&color.clone().with(0x7fe0_0010, Value::Words("OW", turned)), BIG, None)).unwrap();
+    assert_eq!(volume.colors(), Some(Colors::U8(&want)));
     // Brightness alone is gray; red is what BT.601 says.
     let ybr = color
         .clone()
         .text(0x0028_0004, "CS", "YBR_FULL")
         .with(0x7fe0_0010, Value::Bytes("OB", [[90, 128, 128], [76, 85, 255]].concat().repeat(8)));
-    let Some(Colors::U8(got)) = one(&file(&ybr, EXPLICIT, None)).unwrap().colors().map(|c| match c {
-        Colors::U8(c) => Colors::U8(Box::leak(c.to_vec().into_boxed_slice())),
-        _ => unreachable!(),
-    }) else {
-        unreachable!()
-    };
+    let volume = one(&file(&ybr, EXPLICIT, None)).unwrap();
+    let Some(Colors::U8(got)) = volume.colors() else { panic!("no colours of 8 bits") };
     assert_eq!((got[0], got[1]), ([90, 90, 90, 255], [254, 0, 0, 255]));
     // A palette of three colours that starts at pixel 1.
     let table = |values: [u16; 3]| Value::Words("OW", values.to_vec());

@@ -70,6 +70,8 @@ fn holds_dicom(clues: &Clues) -> bool {
     // What cannot be opened is not of this format, or another reader says why.
     let tree = match clues.folder {
         Some(_) => Store::open(clues.path, clues.limits).and_then(Tree::of),
+        // A pipe cannot be looked into twice.
+        None if !clues.path.is_file() => return false,
         None => Source::open(clues.path, clues.limits).and_then(|source| Tree::of(Store::File(source))),
     };
     let looked = tree.and_then(|tree| {

@@ -88,9 +88,7 @@ fn align(bits: Bits, layout: &Layout, frame: &mut [u8]) {
 /// Turns the bytes of a native frame into this machine's order.
 fn turn(image: &Image, frame: &mut [u8]) {
     let size = image.layout.kind().bytes();
-    if image.words && frame.len() % 2 == 0 {
-        frame.chunks_exact_mut(2).for_each(<[u8]>::reverse);
-    } else if size > 1 && image.syntax.encoding.endian != Endian::NATIVE {
+    if size > 1 && image.syntax.encoding.endian != Endian::NATIVE {
         frame.chunks_exact_mut(size).for_each(<[u8]>::reverse);
     }
 }
@@ -154,6 +152,17 @@ impl Sink<'_> {
         let mut wanted = self.places.get(&index).cloned().unwrap_or_default();
         wanted.sort_unstable();
         let total = bytes as u64 * image.frames.len() as u64;
+        if image.words {
+            // Frames may begin in the middle of a word.
+            let mut all = vec![0; (bytes * image.frames.len()).next_multiple_of(2)];
+            source.read_exact_into(&mut all, 0, total)?;
+            all.chunks_exact_mut(2).for_each(<[u8]>::reverse);
+            for (number, _) in wanted {
+                self.put(index, number, &mut arranged(image, all[number * bytes..(number + 1) * bytes].to_vec()));
+                self.step()?;
+            }
+            return Ok(());
+        }
         let mut at = 0;
         for (number, place) in wanted {
             source.skip((number - at) as u64 * bytes as u64)?;

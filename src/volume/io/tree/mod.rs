@@ -83,7 +83,9 @@ impl Tree {
         let limits = *source.limits();
         let (zip, tar) = {
             let head = source.peek(512)?;
-            (head.starts_with(b"PK\x03\x04"), is_tar(head))
+            // What stands before the magic of a DICOM file may be anything.
+            let plain = head.get(128..132) == Some(b"DICM");
+            (!plain && head.starts_with(b"PK\x03\x04"), !plain && is_tar(head))
         };
         let kind = if zip {
             let archive = Archive(Store::File(source).places("a zip archive")?);
