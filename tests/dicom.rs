@@ -358,6 +358,17 @@ fn several_images_at_each_position_are_moments() {
     assert!(line.contains("volume.frame is 3: there are 3, 0 to 2"), "{line}");
 }
 
+#[test]
+fn moments_that_are_not_everywhere_are_left_out() {
+    // Moments 0 and 2 at both positions, moment 1 at the first one alone.
+    let (z, moment) = ([0.0, 0.0, 0.0, 1.0, 1.0], [2, 1, 0, 0, 2]);
+    let dir = folder(&series("1", &z, |i, set| set.text(0x0020_0100, "IS", moment[i])));
+    let volume = io::read_as(dir.path(), &Reading::new().choice(Choice::new().frame(1))).unwrap();
+    assert_eq!(numbers(&volume), expected([0, 4]));
+    assert!(told(&volume, "Images left out: 1, of moments") && told(&volume, "2 images at each position"), "{:?}", volume.notes());
+    assert_eq!(numbers(&Volume::open(dir.path()).unwrap()), expected([2, 3]));
+}
+
 /// An enhanced image: `order` gives the slice that each frame shows.
 fn enhanced(order: &[usize], undefined: bool) -> Set {
     let group = |tag: u32, set: Set| (tag, Value::Items(vec![set], undefined));

@@ -60,10 +60,13 @@ const SIGNS: [(&str, &[usize]); 8] = [
     ("echo time", &[key::ECHO]),
     ("b-value", &[key::B_VALUE]),
     ("diffusion", &[key::B_VALUE, key::GRADIENT, key::GRADIENT + 1, key::GRADIENT + 2]),
-    ("temporal position, trigger time, echo time and diffusion", &[0, 1, 2, 3, 4, 5, 6]),
+    ("temporal position, trigger time, echo time and diffusion", ALL_BUT_TIME),
     ("acquisition", &[key::ACQUISITION]),
     ("acquisition time", &[key::TIME]),
 ];
+
+/// All keys but number and time of the acquisition.
+const ALL_BUT_TIME: &[usize] = &[0, 1, 2, 3, 4, 5, 6];
 
 /// Something to order images at one position by.
 type Sign = ([Option<f64>; KEYS], Option<String>, usize);
@@ -127,22 +130,22 @@ impl Builder<'_> {
         }
     }
 
-    /// Images at the same position: one of each for every moment, ordered. `None` where nothing tells them apart.
-    fn moments(&self, clusters: &[Vec<Frame>]) -> Option<(String, Vec<Vec<Frame>>)> {
+    /// Images at the same position: one of each for every moment, ordered, and what they differ in. `None` where nothing tells them apart.
+    fn moments(&self, clusters: &[Vec<Frame>]) -> Option<(&'static str, Vec<Vec<Frame>>)> {
         let count = clusters[0].len();
         if clusters.iter().any(|c| c.len() != count) {
-            return None;
+            return SIGNS.into_iter().find_map(|(name, keys)| Some((name, self.complete(clusters, keys)?)));
         }
         let one_file = clusters.iter().flatten().all(|f| f.image == clusters[0][0].image);
-        let kind = |f: &Frame| self.facts(f).kind.as_deref().map(str::to_owned);
         let tried = SIGNS.map(|(name, keys)| (name, keys, false, false));
-        let last = [("kind of image", &[0usize, 1, 2, 3, 4, 5, 6][..], true, false), ("order in the file", &[][..], false, true)];
+        let last = [("kind of image", ALL_BUT_TIME, true, false), ("order in the file", &[][..], false, true)];
         for (name, keys, by_kind, by_order) in tried.into_iter().chain(last) {
             if by_order && !one_file {
                 continue;
             }
             let sign = |f: &Frame| -> Sign {
-                (sign_of(self.facts(f), keys), if by_kind { kind(f) } else { None }, if by_order { f.frame } else { 0 })
+                let kind = if by_kind { self.facts(f).kind.as_deref().map(str::to_owned) } else { None };
+                (sign_of(self.facts(f), keys), kind, if by_order { f.frame } else { 0 })
             };
             let sorted = clusters.iter().map(|cluster| {
                 let mut signed: Vec<(Sign, Frame)> = cluster.iter().map(|f| (sign(f), *f)).collect();
@@ -151,10 +154,23 @@ impl Builder<'_> {
                 distinct.then(|| signed.into_iter().map(|s| s.1).collect::<Vec<_>>())
             });
             if let Some(sorted) = sorted.collect::<Option<Vec<_>>>() {
-                return Some((name.to_owned(), sorted));
+                return Some((name, sorted));
             }
         }
         None
+    }
+
+    /// Those moments that have one image at every position, where others do not: a scan that was broken off.
+    fn complete(&self, clusters: &[Vec<Frame>], keys: &[usize]) -> Option<Vec<Vec<Frame>>> {
+        let sign = |f: &Frame| -> Sign { (sign_of(self.facts(f), keys), None, 0) };
+        let mut moments: Vec<Sign> = clusters[0].iter().map(sign).collect();
+        moments.sort_by(order);
+        let of = |cluster: &[Frame], moment: &Sign| -> Vec<Frame> {
+            cluster.iter().filter(|f| order(&sign(f), moment).is_eq()).copied().collect()
+        };
+        let distinct = moments.windows(2).all(|w| order(&w[0], &w[1]).is_lt());
+        moments.retain(|m| clusters.iter().all(|c| of(c, m).len() == 1));
+        (distinct && !moments.is_empty()).then(|| clusters.iter().map(|c| moments.iter().flat_map(|m| of(c, m)).collect()).collect())
     }
 
     /// Slices of files that do not say where they lie.
@@ -198,6 +214,10 @@ impl Builder<'_> {
             return Err(Error::format(self.name(first), what));
         };
         let count = sorted[0].len();
+        let left_out = clusters.iter().map(Vec::len).sum::<usize>() - count * clusters.len();
+        if left_out > 0 {
+            self.notes.push(format!("Images left out: {left_out}, of moments that were not taken at every position."));
+        }
         let chosen = pick(self.path, Part::Frame, reading.choice.frame, count)?;
         let how = if reading.choice.frame.is_some() { "as chosen" } else { "the first" };
         self.notes.push(format!("There are {count} images at each position, which differ in {name}: frame {chosen} is read, {how}."));
