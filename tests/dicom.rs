@@ -611,6 +611,66 @@ fn what_is_not_read_is_named() {
     assert!(line.contains(&files[1].0) && line.contains("take 30 bytes, there are 26"), "{line}");
 }
 
+/// 40 x 32 pixels of 16 bits, 300 x + 1000 (y / 8), in lossless JPEG 2000 as OpenJPEG 2.5.2 writes it.
+#[cfg(feature = "jpeg2000")]
+const JPEG_2000: &str = "\
+    ff4fff5100290000000000280000002000000000000000000000002800000020000000000000000000010d0101ff52000c00000001000504040001ff\
+    5c00134070787880787880787880787880787880ff640025000143726561746564206279204f70656e4a5045472076657273696f6e20322e352e32ff\
+    90000a0000000000d30001ff93cffc001405604f570fc03f00287f8040059302797c97c03f00483f90a00e0968170b3b7735d67473cb267fc1fc8440\
+    fd8580273ac9df19f1545b1286f5769e8eba7ccccccccccec1590968e6d2bc5b24c0fd83207ec62040e405db0850db75203d5bbf0c2265dab4784e19\
+    7cc9dca1000018477917ab8b4a945a183fe90536828360ac4506b5d8941be924266dcffa414da0a0d7c07e62101f98d0742de07be03eb83bde94eb04\
+    0e7a423f00d4dfb84c9c7ca4e35e0000000c2422a30c61211f4fa309097fffd9\
+    ";
+
+#[cfg(feature = "jpeg2000")]
+#[test]
+fn jpeg_2000_to_the_voxel_and_damaged() {
+    let stream: Vec<u8> =
+        JPEG_2000.as_bytes().chunks(2).map(|h| u8::from_str_radix(std::str::from_utf8(h).unwrap(), 16).unwrap()).collect();
+    let set = slice(40, 32, "1", 1, 0.0, &[]).without(0x7fe0_0010).text(0x0028_0008, "IS", 2);
+    let bytes = |stream: &[u8]| file(&set, "1.2.840.10008.1.2.4.90", Some(&encapsulated(&[stream.to_vec(), stream.to_vec()], &[])));
+    let want: Vec<f64> = (0..2 * 40 * 32).map(|i| f64::from(300 * (i % 40) + 1000 * (i / 40 % 32 / 8))).collect();
+    assert_eq!(numbers(&one(&bytes(&stream)).unwrap()), want);
+    // The size that a stream claims is held against the header before it is decoded, and there must be something to decode.
+    let mut wide = stream.clone();
+    wide[8] = 0x7f;
+    for (stream, says) in [
+        (wide, "the header says 40 x 32 of 1 x 16"),
+        (stream[..140].to_vec(), "JPEG 2000 stream"),
+        (stream[..60].to_vec(), "JPEG 2000 stream"),
+    ] {
+        let line = one(&bytes(&stream)).unwrap_err().to_string();
+        assert!(line.contains(says) && line.contains("frame 0") && !line.contains('\n'), "{line}");
+    }
+    let mut random = Random(7);
+    let mut read = 0;
+    for _ in 0..300 {
+        let mut damaged = stream.clone();
+        for _ in 0..1 + random.below(3) {
+            let at = random.below(damaged.len());
+            damaged[at] = random.next() as u8;
+        }
+        let start = Instant::now();
+        match one(&bytes(&damaged)) {
+            Ok(volume) => {
+                read += 1;
+                assert_eq!(volume.voxels().len(), want.len());
+            }
+            Err(e) => assert!(!e.to_string().contains('\n'), "{e}"),
+        }
+        assert!(start.elapsed() < Duration::from_secs(1), "{:?}", start.elapsed());
+    }
+    assert!((1..300).contains(&read), "{read}");
+}
+
+#[cfg(not(feature = "jpeg2000"))]
+#[test]
+fn jpeg_2000_without_its_feature_is_named() {
+    let set = slice(40, 32, "1", 1, 0.0, &[]).without(0x7fe0_0010);
+    let line = one(&file(&set, "1.2.840.10008.1.2.4.90", Some(&encapsulated(&[vec![0xff, 0x4f]], &[])))).unwrap_err().to_string();
+    assert!(line.contains("JPEG 2000 is read only by builds with the feature `jpeg2000`"), "{line}");
+}
+
 struct StopAt(u64);
 
 impl Progress for StopAt {

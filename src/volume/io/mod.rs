@@ -13,7 +13,7 @@
 //!
 //! Voxels alone, in a file of any name, are read where a [`RawSpec`] describes them.
 //!
-//! Each but the archive may also lie inside gzip, whatever its name. Voxels keep their type; 64-bit integers are kept in 32 bits when every
+//! Each but the archives may also lie inside gzip, whatever its name. Voxels keep their type; 64-bit integers are kept in 32 bits when every
 //! value fits. No reader takes memory before the header's claim has been held against [`Limits`], the file's length, and what
 //! deflate can inflate it to; voxels are read straight into their place, so the peak is the voxels once and a small buffer.
 //!
@@ -190,7 +190,7 @@ fn instead_of(folder: &Folder) -> String {
 /// The format of the file `path`, by its content (also inside gzip), and by its name only where the content does not tell.
 ///
 /// # Errors
-/// When the file cannot be read or is of no known format; for a folder, since there is no format of folders yet.
+/// When the file or folder cannot be read or is of no known format.
 pub fn detect(path: impl AsRef<Path>) -> Result<Format> {
     identify(&mut Store::open(path.as_ref(), &Limits::default())?)
 }
@@ -221,11 +221,15 @@ pub fn read_as(path: impl AsRef<Path>, reading: &Reading) -> Result<Volume> {
 }
 
 /// What there is to choose from in the volume file or folder `path`, without reading voxels; empty where there is one volume only. What is
-/// chosen already is marked as taken, and so is what would be taken where nothing is.
+/// chosen already is marked as taken, and so is what would be taken where nothing is. Of what another program sends nothing is listed, since
+/// it comes once.
 ///
 /// # Errors
 /// As [`read_as`].
 pub fn list(path: impl AsRef<Path>, reading: &Reading) -> Result<Vec<Item>> {
+    if Store::comes_once(path.as_ref()) {
+        return Ok(Vec::new());
+    }
     let mut store = Store::open(path.as_ref(), &reading.limits)?;
     let format = identify(&mut store)?;
     match format.reader().list {

@@ -15,14 +15,17 @@ mod colors;
 mod dataset;
 mod elements;
 mod geometry;
+mod header;
 mod image;
 #[cfg(feature = "jpeg2000")]
 mod jpeg2000;
+mod layout;
 mod pixels;
 mod resample;
 mod rle;
 mod series;
 mod syntax;
+mod tags;
 
 use super::field::{grid, named};
 use super::reader::{Certainty, Clues, Reader};
