@@ -98,8 +98,12 @@ fn chosen(store: Store, reading: &Reading) -> Result<(Tree, Study, usize)> {
 fn list(store: Store, reading: &Reading) -> Result<Vec<Item>> {
     let (tree, study, taken) = chosen(store, reading)?;
     let mut items = if study.groups.len() > 1 { study.items(taken) } else { Vec::new() };
-    // What cannot be stacked is told when it is read.
-    if let Ok((_, stack)) = stacked(&tree, &study, &study.groups[taken], reading) {
+    // What cannot be stacked is told when it is read. Images of the same UID are taken for copies here.
+    let mut frames = study.groups[taken].frames.clone();
+    let repeated = series::repeated(&study.images, &study.groups[taken]);
+    let mut seen = BTreeSet::new();
+    frames.retain(|f| !repeated.contains(&f.image) || seen.insert((&study.images[f.image].object, f.frame)));
+    if let Ok(stack) = geometry::stack(&study, tree.path(), &frames, reading) {
         if stack.moments > 1 {
             items.push(Item::row(Part::Frame, stack.moments, "images at each position"));
         }

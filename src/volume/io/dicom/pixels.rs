@@ -45,7 +45,7 @@ struct Job {
 /// Where frames go.
 struct Sink<'a> {
     study: &'a Study,
-    /// Places of each image's frames among the slices.
+    /// Frames of each image and their places among the slices, sorted.
     places: BTreeMap<usize, Vec<(usize, usize)>>,
     voxels: Voxels,
     is_color: bool,
@@ -105,22 +105,26 @@ fn arranged(image: &Image, frame: Vec<u8>) -> Vec<u8> {
 }
 
 impl Sink<'_> {
-    /// Puts a frame of pixels in this machine's order into every place that it has.
+    /// Puts a frame of pixels in this machine's order into its place.
     fn put(&mut self, index: usize, number: usize, frame: &mut [u8]) {
         let image = &self.study.images[index];
         align(image.bits, &image.layout, frame);
         let each = image.layout.pixels();
-        let Some(places) = self.places.get(&index) else { return };
-        for &(_, place) in places.iter().filter(|(n, _)| *n == number) {
-            if self.is_color {
-                colors::put(image, frame, &mut self.voxels, place * each);
-            } else if let (Some(slopes), Voxels::F32(out)) = (&self.slopes, &mut self.voxels) {
-                values(&image.layout, frame, slopes[place], &mut out[place * each..(place + 1) * each]);
-            } else {
-                let size = frame.len();
-                self.voxels.as_bytes_mut()[place * size..(place + 1) * size].copy_from_slice(frame);
-            }
+        let Some(place) = self.place(index, number) else { return };
+        if self.is_color {
+            colors::put(image, frame, &mut self.voxels, place * each);
+        } else if let (Some(slopes), Voxels::F32(out)) = (&self.slopes, &mut self.voxels) {
+            values(&image.layout, frame, slopes[place], &mut out[place * each..(place + 1) * each]);
+        } else {
+            let size = frame.len();
+            self.voxels.as_bytes_mut()[place * size..(place + 1) * size].copy_from_slice(frame);
         }
+    }
+
+    /// Which slice a frame becomes; `None` where it is not wanted.
+    fn place(&self, index: usize, number: usize) -> Option<usize> {
+        let places = self.places.get(&index)?;
+        places.binary_search_by_key(&number, |p| p.0).ok().map(|at| places[at].1)
     }
 
     fn step(&mut self) -> Result<()> {
@@ -149,8 +153,7 @@ impl Sink<'_> {
         let image = &self.study.images[index];
         let (layout, bytes) = (image.layout, image.layout.native_bytes());
         let straight = !self.is_color && self.slopes.is_none();
-        let mut wanted = self.places.get(&index).cloned().unwrap_or_default();
-        wanted.sort_unstable();
+        let wanted = self.places.get(&index).cloned().unwrap_or_default();
         let total = bytes as u64 * image.frames.len() as u64;
         if image.words {
             // Frames may begin in the middle of a word.
@@ -187,7 +190,7 @@ impl Sink<'_> {
     /// Takes a compressed frame.
     fn take(&mut self, index: usize, number: usize, data: Vec<u8>) -> Result<()> {
         let image = &self.study.images[index];
-        if !self.places.get(&index).is_some_and(|p| p.iter().any(|(n, _)| *n == number)) {
+        if self.place(index, number).is_none() {
             return Ok(());
         }
         if image.syntax.codec == Codec::Bare {
@@ -324,6 +327,7 @@ pub(super) fn load(tree: &Tree, study: &Study, stack: &Stack, reading: &Reading)
         let place = if let Plan::Fill { places, .. } = &stack.plan { places[slice] } else { slice };
         places.entry(frame.image).or_default().push((frame.frame, place));
     }
+    places.values_mut().for_each(|p| p.sort_unstable());
     if let Some((image, what)) = places.keys().find_map(|&i| Some((&study.images[i], study.images[i].unread.as_ref()?))) {
         return Err(Error::format(&image.path, what.clone()));
     }

@@ -108,7 +108,7 @@ impl Study {
     pub(super) fn choose(&self, tree: &Tree, reading: &Reading) -> Result<usize> {
         let fault = |what: String| Err(Error::format(tree.path(), what));
         let Some(chosen) = reading.choice.series.as_deref() else {
-            let good = |g: &Group| (self.first(g).unread.is_none(), !self.first(g).is_localizer(), g.frames.len());
+            let good = |g: &Group| (self.is_readable(g), !self.first(g).is_localizer(), g.frames.len());
             // Of several that are as good, the first.
             let best = (0..self.groups.len()).rev().max_by_key(|&i| good(&self.groups[i]));
             return Ok(best.unwrap_or(0));
@@ -133,6 +133,12 @@ impl Study {
         }
     }
 
+    /// Whether any of its images can be read. One that cannot is an error when the group is taken.
+    fn is_readable(&self, group: &Group) -> bool {
+        group.frames.iter().any(|f| self.images[f.image].unread.is_none())
+    }
+
+    /// The image of the group's first frame.
     pub(super) fn first(&self, group: &Group) -> &Image {
         &self.images[group.frames[0].image]
     }
@@ -151,7 +157,7 @@ impl Study {
         if image.is_localizer() {
             parts.push("a localizer".to_owned());
         }
-        if image.unread.is_some() {
+        if !self.is_readable(group) {
             parts.push("cannot be read here".to_owned());
         }
         parts.join(", ")
@@ -165,8 +171,8 @@ impl Study {
 }
 
 /// What all frames of a group have in common to the letter.
-fn exactly(image: &Image) -> (Option<i64>, &str, Layout, bool, bool) {
-    (image.series_number, &image.series, image.layout, image.is_localizer(), image.unread.is_some())
+fn exactly(image: &Image) -> (Option<i64>, &str, Layout, bool) {
+    (image.series_number, &image.series, image.layout, image.is_localizer())
 }
 
 /// The groups, in an order that depends neither on names nor on the order of files.
