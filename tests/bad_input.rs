@@ -351,8 +351,8 @@ fn other_cases() -> Vec<Case> {
         case("claims.raw.gz", gz(&raw(7)), &["8000000000", "compressed"]).raw([2000, 2000, 2000], VoxelType::U8),
         case("skip.raw.gz", gz(&raw(7)), &["2000"]).raw([2, 2, 2], VoxelType::U8).spec(|s| s.offset = 2000),
         case("undescribed.raw", raw(50), &["dimensions and type"]),
-        case("image.dcm", dicom, &["DICOM", "not supported"]),
-        case("bare.dcm", join(&[&[8, 0, 5, 0, b'C', b'S'], &[0; 200]]), &["DICOM", "not supported"]),
+        case("image.dcm", dicom, &["a DICOM file"]),
+        case("bare.dcm", join(&[&[8, 0, 5, 0, b'C', b'S'], &[0; 200]]), &["a DICOM file"]),
         case("volume.h5", b"\x89HDF\r\n\x1a\n", &["HDF5"]),
         case("series.tar", tar.clone(), &["tar archive", "not supported"]),
         case("series.tgz", gz(&tar), &["tar archive", "not supported"]),
@@ -457,11 +457,9 @@ fn folders_are_refused_with_what_may_be_given() {
     put("empty.nrrd", b"");
     assert!(told().ends_with("the 2 files in it are of no format that is known"), "{}", told());
     // A file that is recognised and not read is told, unless there is one that is.
-    let mut dicom = vec![0; 200];
-    dicom[128..132].copy_from_slice(b"DICM");
-    put("IM2", &dicom);
-    put("IM1", &dicom);
-    assert!(told().contains("\"IM1\" in it is a DICOM file: not supported, convert"), "{}", told());
+    put("IM2", b"\x89HDF\r\n\x1a\n");
+    put("IM1", b"\x89HDF\r\n\x1a\n");
+    assert!(told().contains("\"IM1\" in it is an HDF5 file: not supported"), "{}", told());
     let sample = Sample::new(VoxelType::U8, [4, 5, 6]);
     // Outside the folder nothing is looked into, be it by a link or in a folder below.
     std::fs::create_dir(folder.join("below")).unwrap();
@@ -472,14 +470,31 @@ fn folders_are_refused_with_what_may_be_given() {
     put("head.nrrd", &nrrd(&sample, LE, "raw"));
     assert!(told().ends_with("is a directory, not a file: give one volume file, such as \"head.nrrd\" in it"), "{}", told());
     // Some kinds of folders are known as such.
-    put("DICOMDIR", &dicom);
-    assert!(told().contains("is a directory of DICOM files: not supported, convert"), "{}", told());
-    std::fs::remove_file(folder.join("DICOMDIR")).unwrap();
     put(".zarray", b"{}");
     assert!(told().contains("is a directory of Zarr arrays: not supported"), "{}", told());
     // A described file must be a file.
     let line = io::read_raw(&folder, &RawSpec::new([2, 2, 2], VoxelType::U8), &Limits::default()).unwrap_err().to_string();
     assert!(line.ends_with("is a directory, not a file"), "{line}");
+}
+
+#[cfg(not(feature = "dicom"))]
+#[test]
+fn dicom_files_are_named_by_builds_that_do_not_read_them() {
+    let dir = TempDir::new().unwrap();
+    let mut dicom = vec![0; 200];
+    // What stands before the magic looks like NIfTI.
+    dicom[..4].copy_from_slice(&[0x5c, 1, 0, 0]);
+    dicom[128..132].copy_from_slice(b"DICM");
+    let mut tar = vec![0; 512];
+    tar[257..262].copy_from_slice(b"ustar");
+    std::fs::create_dir(dir.path().join("folder")).unwrap();
+    for (name, bytes) in [("a", dicom.clone()), ("b", [tar, dicom].concat()), ("folder/DICOMDIR", vec![0; 4])] {
+        std::fs::write(dir.path().join(name), bytes).unwrap();
+    }
+    for (name, says) in [("a", "a DICOM file: "), ("b", "a tar archive of DICOM files: "), ("folder", "is a directory of DICOM files: ")] {
+        let line = Volume::open(dir.path().join(name)).unwrap_err().to_string();
+        assert!(line.contains(&format!("{says}this build was made without the feature `dicom`")), "{line}");
+    }
 }
 
 #[test]

@@ -2,6 +2,7 @@
 //!
 //! | format | files | what is read |
 //! |---|---|---|
+//! | DICOM | `.dcm`, `.dicom`, `.ima` | a file, a folder, a zip or tar archive of them; series by position, gantry tilt, frames; RLE, JPEG, JPEG-LS, JPEG 2000 |
 //! | NRRD | `.nrrd`, `.nhdr` | raw, gzip, bzip2, hex and ascii; data in the file, beside it or in many; oblique axes; colours, channels, frames |
 //! | NIfTI | `.nii`, `.hdr`, `.img` | versions 1 and 2, ANALYZE 7.5; one file or a pair; sform, qform; rescale; colours, channels, frames |
 //! | MetaImage | `.mha`, `.mhd` | raw, zlib and ascii; data in the file, beside it or in many; both byte orders; oblique axes; colours, channels, frames |
@@ -14,7 +15,7 @@
 //!
 //! Voxels alone, in a file of any name, are read where a [`RawSpec`] describes them.
 //!
-//! Each but the archive may also lie inside gzip, whatever its name. Voxels keep their type; 64-bit integers are kept in 32 bits when every
+//! Each but the archives may also lie inside gzip, whatever its name. Voxels keep their type; 64-bit integers are kept in 32 bits when every
 //! value fits. No reader takes memory before the header's claim has been held against [`Limits`], the file's length, and what
 //! deflate can inflate it to; voxels are read straight into their place, so the peak is the voxels once and a small buffer.
 //!
@@ -29,6 +30,8 @@
 
 mod ascii;
 mod dat;
+#[cfg(feature = "dicom")]
+mod dicom;
 mod field;
 mod folder;
 mod gzip;
@@ -48,9 +51,12 @@ mod source;
 mod spread;
 mod store;
 mod stored;
+#[cfg(feature = "dicom")]
+mod tree;
 mod vti;
 mod vtk;
 mod write;
+mod zip;
 
 pub use raw::{RawSpec, read_raw};
 pub use reading::{Choice, Item, Part, Reading};
@@ -94,6 +100,9 @@ macro_rules! formats {
 // Of two that are as sure of a file the first one reads it. A reader that takes other libraries stands behind a feature of its own, such as
 // `#[cfg(feature = "dicom")]`; without it `refused.rs` says what is missing.
 formats! {
+    // Before archives and folders of other formats, which it looks into.
+    #[cfg(feature = "dicom")]
+    Dicom in dicom,
     Nrrd in nrrd,
     Nifti in nifti,
     MetaImage in metaimage,
@@ -194,7 +203,7 @@ fn instead_of(folder: &Folder) -> String {
 /// The format of the file `path`, by its content (also inside gzip), and by its name only where the content does not tell.
 ///
 /// # Errors
-/// When the file cannot be read or is of no known format; for a folder, since there is no format of folders yet.
+/// When the file or folder cannot be read or is of no known format.
 pub fn detect(path: impl AsRef<Path>) -> Result<Format> {
     identify(&mut Store::open(path.as_ref(), &Limits::default())?)
 }
@@ -225,11 +234,15 @@ pub fn read_as(path: impl AsRef<Path>, reading: &Reading) -> Result<Volume> {
 }
 
 /// What there is to choose from in the volume file or folder `path`, without reading voxels; empty where there is one volume only. What is
-/// chosen already is marked as taken, and so is what would be taken where nothing is.
+/// chosen already is marked as taken, and so is what would be taken where nothing is. Of what another program sends nothing is listed, since
+/// it comes once.
 ///
 /// # Errors
 /// As [`read_as`].
 pub fn list(path: impl AsRef<Path>, reading: &Reading) -> Result<Vec<Item>> {
+    if Store::comes_once(path.as_ref()) {
+        return Ok(Vec::new());
+    }
     let mut store = Store::open(path.as_ref(), &reading.limits)?;
     let format = identify(&mut store)?;
     match format.reader().list {

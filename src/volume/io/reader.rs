@@ -22,6 +22,8 @@ pub(super) enum Certainty {
     Length,
     /// Content that no other format has: a magic number, or an entry that marks a folder.
     Magic,
+    /// A magic number behind bytes that may be anything, the magic number of another format among them.
+    Inner,
 }
 
 /// All that is to be said about a format, in one place.

@@ -164,6 +164,12 @@ impl Source {
         }
     }
 
+    /// What comes out when the rest of this source is deflate data alone.
+    #[cfg(feature = "dicom")]
+    pub(super) fn inflate(self) -> Self {
+        self.through(|inner| Box::new(flate2::bufread::DeflateDecoder::new(inner)))
+    }
+
     fn through(self, decoder: impl FnOnce(BufReader<Self>) -> Box<dyn Read>) -> Self {
         let (path, packed, left) = (self.path.clone(), self.left, inflated_bound(self.left));
         let (header_left, limits, once) = (self.header_left, self.limits, self.once);

@@ -44,6 +44,11 @@ impl Store {
         }
     }
 
+    /// Whether `path` is what another program sends: standard input, or a pipe. It cannot be read twice.
+    pub(super) fn comes_once(path: &Path) -> bool {
+        path == Path::new(STDIN) || std::fs::metadata(path).is_ok_and(|meta| !meta.is_file() && !meta.is_dir())
+    }
+
     /// Where it is, for messages.
     pub(super) fn path(&self) -> &Path {
         match self {

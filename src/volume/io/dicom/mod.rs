@@ -1,0 +1,211 @@
+//! DICOM: images of one file, or of the many files of a series in a folder, a zip archive or a tar archive.
+//!
+//! Source of the format: the DICOM standard, <https://www.dicomstandard.org/current>: PS3.5 for how files are written (`elements.rs`,
+//! `syntax.rs`, `codecs.rs`), PS3.3 for what images say of themselves (`dataset.rs`, `image.rs`, `geometry.rs`), PS3.10 for files.
+//!
+//! Reading goes in two passes. The first one looks at every header, up to the pixels, and sorts images into groups (`series.rs`); one group is
+//! taken, and its images are ordered by where they lie (`geometry.rs`). The second pass reads the pixels of that group alone (`pixels.rs`).
+//!
+//! Values stay as they are stored, also those of MONOCHROME1, which are shown dark where they are large: a picture is made by a transfer
+//! function here, so only a note tells of it. Nothing that tells who was examined is read; the series' description is shown when there are
+//! several to choose from.
+
+mod codecs;
+mod colors;
+mod dataset;
+mod elements;
+mod geometry;
+mod header;
+mod image;
+#[cfg(feature = "jpeg2000")]
+mod jpeg2000;
+mod layout;
+mod pixels;
+mod resample;
+mod rle;
+mod series;
+mod syntax;
+mod tags;
+
+use super::field::{grid, named};
+use super::reader::{Certainty, Clues, Reader};
+use super::reading::{Item, Part, Reading};
+use super::source::Source;
+use super::store::Store;
+use super::tree::{Tree, is_tar};
+use crate::volume::{Modality, Volume};
+use crate::{Error, Result};
+use dataset::{has_magic, looks_bare};
+use geometry::Stack;
+use image::Photometric;
+use series::{Frame, Group, Study};
+use sha2::{Digest, Sha256};
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::Read;
+
+pub(super) const READER: Reader = Reader {
+    name: "DICOM",
+    extensions: &["dcm", "dicom", "ima"],
+    reads: "a file, a folder, a zip or tar archive of them; series by position, gantry tilt, frames; RLE, JPEG, JPEG-LS, JPEG 2000",
+    parts: &[Part::Series, Part::Frame],
+    probe,
+    read,
+    list: Some(list),
+};
+
+/// Most files of a folder or archive that are looked into to find out whether it is one of DICOM files.
+const LOOKED_INTO: usize = 64;
+
+fn probe(clues: &Clues) -> Certainty {
+    if has_magic(clues.head) {
+        return Certainty::Inner;
+    }
+    let archive = clues.has(0, b"PK\x03\x04") || is_tar(clues.head);
+    if clues.folder.is_some() || archive {
+        return if clues.has_entry("DICOMDIR") || holds_dicom(clues) { Certainty::Magic } else { Certainty::No };
+    }
+    if looks_bare(clues.head) { Certainty::Hint } else { clues.by_name(READER.extensions) }
+}
+
+/// Whether one of the first files in a folder or archive is a DICOM file.
+fn holds_dicom(clues: &Clues) -> bool {
+    let (mut found, mut seen) = (false, 0);
+    // What cannot be opened is not of this format, or another reader says why.
+    let tree = match clues.folder {
+        Some(_) => Store::open(clues.path, clues.limits).and_then(Tree::of),
+        // A pipe cannot be looked into twice.
+        None if !clues.path.is_file() => return false,
+        None => Source::open(clues.path, clues.limits).and_then(|source| Tree::of(Store::File(source))),
+    };
+    let looked = tree.and_then(|tree| {
+        tree.visit(&|_| true, &mut |mut leaf| {
+            seen += 1;
+            found = leaf.source.peek(132).is_ok_and(has_magic);
+            Ok(!found && seen < LOOKED_INTO)
+        })
+    });
+    found && looked.is_ok()
+}
+
+/// The study in `store`, the group that is taken of it, and that group's frames: of copies one alone.
+fn chosen(store: Store, reading: &Reading) -> Result<(Tree, Study, usize)> {
+    let tree = Tree::of(store)?;
+    let study = Study::scan(&tree, reading)?;
+    let taken = study.choose(&tree, reading)?;
+    Ok((tree, study, taken))
+}
+
+fn list(store: Store, reading: &Reading) -> Result<Vec<Item>> {
+    let (tree, study, taken) = chosen(store, reading)?;
+    let mut items = if study.groups.len() > 1 { study.items(taken) } else { Vec::new() };
+    // What cannot be stacked is told when it is read. Images of the same UID are taken for copies here.
+    let mut frames = study.groups[taken].frames.clone();
+    let repeated = series::repeated(&study.images, &study.groups[taken]);
+    let mut seen = BTreeSet::new();
+    frames.retain(|f| !repeated.contains(&f.image) || seen.insert((&study.images[f.image].object, f.frame)));
+    if let Ok(stack) = geometry::stack(&study, tree.path(), &frames, reading) {
+        if stack.moments > 1 {
+            items.push(Item::row(Part::Frame, stack.moments, "images at each position"));
+        }
+    }
+    Ok(items)
+}
+
+/// The frames of a group in their order; of files that are the same to the byte one alone.
+fn stacked(tree: &Tree, study: &Study, group: &Group, reading: &Reading) -> Result<(Option<String>, Stack)> {
+    let repeated = series::repeated(&study.images, group);
+    let mut frames = group.frames.clone();
+    let mut note = None;
+    if !repeated.is_empty() {
+        let copies = copies(tree, study, &repeated)?;
+        frames.retain(|f| !copies.contains(&f.image));
+        if !copies.is_empty() {
+            note = Some(format!("Files left out since they are copies of others: {}.", copies.len()));
+        }
+    }
+    Ok((note, geometry::stack(study, tree.path(), &frames, reading)?))
+}
+
+/// Those of `images` that have the same bytes as an earlier one.
+fn copies(tree: &Tree, study: &Study, images: &BTreeSet<usize>) -> Result<BTreeSet<usize>> {
+    let by_leaf: BTreeMap<usize, usize> = images.iter().map(|&i| (study.images[i].leaf, i)).collect();
+    let (mut seen, mut found) = (BTreeSet::new(), BTreeSet::new());
+    tree.visit(&|leaf| by_leaf.contains_key(&leaf), &mut |mut leaf| {
+        let mut hash = Sha256::new();
+        let mut chunk = vec![0; 1 << 16];
+        loop {
+            let n = leaf.source.read(&mut chunk).map_err(|e| Error::io(&leaf.path, e))?;
+            if n == 0 {
+                break;
+            }
+            hash.update(&chunk[..n]);
+        }
+        if !seen.insert(hash.finalize()) {
+            found.extend(by_leaf.get(&leaf.index));
+        }
+        Ok(true)
+    })?;
+    Ok(found)
+}
+
+/// What the group's files say that one should know.
+fn remarks(study: &Study, frames: &[Frame]) -> Vec<String> {
+    let images: Vec<&image::Image> = frames.iter().map(|f| &study.images[f.image]).collect();
+    let mut notes = Vec::new();
+    if images[0].layout.photometric == Photometric::Inverted {
+        notes.push("Large values are meant to be shown dark (MONOCHROME1): values are as stored.".to_owned());
+    }
+    if let Some(padding) = images.iter().find_map(|i| i.padding) {
+        let shown = if images[0].layout.signed { i64::from(padding as i16) } else { padding.into() };
+        notes.push(format!("Pixels outside of what was scanned have the stored value {shown}."));
+    }
+    if images.iter().any(|i| i.has_table) {
+        notes.push("The files have a table of values (modality LUT), which is not applied.".to_owned());
+    }
+    if images[0].frames[0].kind.as_deref().is_some_and(|kind| kind.contains("MOSAIC")) {
+        notes.push("Each image is a mosaic of several slices, which is not taken apart.".to_owned());
+    }
+    notes
+}
+
+/// The kind of values of a series.
+fn modality(study: &Study, frames: &[Frame]) -> Modality {
+    let image = &study.images[frames[0].image];
+    let facts = &image.frames[frames[0].frame];
+    match image.modality.as_str() {
+        // Without an intercept values are not known to be Hounsfield units.
+        "CT" if facts.intercept.is_some() && facts.hounsfield.unwrap_or(true) => Modality::Ct,
+        "MR" => Modality::Mr,
+        _ => Modality::Unknown,
+    }
+}
+
+fn read(store: Store, reading: &Reading) -> Result<Volume> {
+    let (tree, study, taken) = chosen(store, reading)?;
+    let group = &study.groups[taken];
+    let (copies, stack) = stacked(&tree, &study, group, reading)?;
+    let mut notes = Vec::new();
+    if study.groups.len() > 1 {
+        let how = if reading.choice.series.is_some() { "as chosen" } else { "that of most images" };
+        notes.push(format!("Series {taken} of {} is read, {how}: {}.", study.groups.len(), study.about(group)));
+    }
+    notes.extend(study.left_out.iter().cloned());
+    notes.extend(copies);
+    notes.extend(stack.notes.iter().cloned());
+    notes.extend(remarks(&study, &stack.slices));
+    let loaded = pixels::load(&tree, &study, &stack, reading)?;
+    if loaded.computed {
+        notes.push("Slices have different slopes or intercepts: values are computed and kept as f32.".to_owned());
+    }
+    let layout = study.images[stack.slices[0].image].layout;
+    let dims = [layout.columns, layout.rows, stack.plan.count(stack.slices.len())];
+    let grid = grid(tree.path(), dims, stack.origin, stack.steps, stack.space)?;
+    let volume = if loaded.is_color {
+        named(tree.path(), Volume::with_colors(grid, loaded.voxels))?
+    } else {
+        let volume = named(tree.path(), Volume::new(grid, loaded.voxels))?;
+        let volume = named(tree.path(), volume.with_rescale(loaded.rescale.0, loaded.rescale.1))?;
+        volume.with_modality(modality(&study, &stack.slices))
+    };
+    Ok(notes.into_iter().fold(volume, Volume::with_note))
+}
