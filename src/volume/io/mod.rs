@@ -8,6 +8,8 @@
 //! | VTK legacy | `.vtk` | structured points, binary and ascii, scalars of points or cells |
 //! | NumPy | `.npy` | three dimensions (z, y, x), C and Fortran order, both byte orders |
 //! | NumPy archive | `.npz` | its first array of three dimensions, stored or deflated |
+//! | TIFF | `.tif`, `.tiff`, `.btf`, `.tf8` | many pages, BigTIFF, OME-TIFF, ImageJ; integers and floats; strips and tiles; LZW, deflate and PackBits |
+//! | image stack |  | a folder or a pattern of PNG, TIFF, JPEG, BMP or PNM images, one a slice, of 8 and 16 bits; float TIFF; greys and colours |
 //! | VolVis | `.dat` | three dimensions, then little-endian u16 voxels; known by its exact length |
 //!
 //! Voxels alone, in a file of any name, are read where a [`RawSpec`] describes them.
@@ -37,9 +39,15 @@ mod raw;
 mod reader;
 mod reading;
 mod refused;
+#[cfg(feature = "stacks")]
+mod slices;
 mod source;
+#[cfg(feature = "stacks")]
+mod stack;
 mod store;
 mod stored;
+#[cfg(feature = "stacks")]
+mod tiff;
 mod vtk;
 
 pub use raw::{RawSpec, read_raw};
@@ -89,6 +97,10 @@ formats! {
     Vtk in vtk,
     Npy in npy,
     Npz in npz,
+    #[cfg(feature = "stacks")]
+    Tiff in tiff,
+    #[cfg(feature = "stacks")]
+    Stack in stack,
     Dat in dat,
 }
 
