@@ -103,7 +103,16 @@ impl<'a> Image<'a> {
         }
     }
 
-    /// Sizes and order, checked against the pages: `samples` numbers a pixel.
+    /// Numbers a pixel of the first page.
+    fn samples(&self) -> Result<usize> {
+        let first = match children(self.pixels, "TiffData").next() {
+            Some(block) => self.number(block, "IFD")?.unwrap_or(0),
+            None => 0,
+        };
+        Ok(self.tiff.layout(first.min(self.tiff.pages.len() - 1)).samples)
+    }
+
+    /// Sizes and order, for `samples` numbers a pixel.
     fn shape(&self, samples: usize) -> Result<Shape> {
         let [slices, channels, frames] = [self.size("SizeZ")?, self.size("SizeC")?, self.size("SizeT")?];
         if channels % samples != 0 {
@@ -120,14 +129,17 @@ impl<'a> Image<'a> {
 
     fn series(&self) -> Result<Series> {
         let tiff = self.tiff;
-        let layout = tiff.layout(0);
-        let shape = self.shape(layout.samples)?;
-        let (width, height) = (self.size("SizeX")?, self.size("SizeY")?);
-        if (width, height) != (layout.width, layout.height) {
-            let (w, h) = (layout.width, layout.height);
-            return Err(tiff.fault(format!("OME-XML: an image of {width} x {height} pixels, the first page has {w} x {h}")));
-        }
+        let shape = self.shape(self.samples()?)?;
         let (planes, others) = self.planes(&shape)?;
+        let (width, height) = (self.size("SizeX")?, self.size("SizeY")?);
+        if let Some(plane) = planes.first() {
+            let holder = if plane.file == 0 { tiff } else { &others[plane.file - 1] };
+            let layout = holder.layout(plane.page);
+            let (page, w, h) = (plane.page, layout.width, layout.height);
+            if (width, height) != (w, h) {
+                return Err(holder.fault(format!("OME-XML: an image of {width} x {height} pixels, page {page} has {w} x {h}")));
+            }
+        }
         let names = children(self.pixels, "Channel").map(|c| c.attribute("Name").unwrap_or_default().to_owned()).collect();
         let mut notes = Vec::new();
         let spacing = self.spacing(&mut notes)?;
@@ -154,6 +166,7 @@ impl<'a> Image<'a> {
             let planes: Vec<Plane> = pages[..shape.count()].iter().map(|&page| Plane::page(page)).collect();
             return Ok((Series::sorted(&planes, shape.axes, [shape.slices, shape.channels, shape.frames]), Vec::new()));
         }
+        let samples = self.samples()?;
         let mut found: BTreeMap<usize, Plane> = BTreeMap::new();
         for block in blocks {
             let file = files.of(block)?;
@@ -174,7 +187,7 @@ impl<'a> Image<'a> {
                 return Err(Error::format(path, format!("OME-XML: pages {first} to {} of {all} are told of", first.saturating_add(count) - 1)));
             }
             let [z, c, t] = ["FirstZ", "FirstC", "FirstT"].map(|name| self.number(block, name));
-            let mut at = [z?.unwrap_or(0), c?.unwrap_or(0) / self.tiff.layout(0).samples, t?.unwrap_or(0)];
+            let mut at = [z?.unwrap_or(0), c?.unwrap_or(0) / samples, t?.unwrap_or(0)];
             for page in first..first + count {
                 let Some(place) = shape.place(at) else {
                     let [z, c, t] = at;
