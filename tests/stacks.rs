@@ -287,7 +287,8 @@ fn hyperstacks_of_imagej_are_told_apart() {
     let description = "ImageJ=1.54f\nimages=24\nchannels=2\nslices=3\nframes=4\nhyperstack=true\nunit=\\u00B5m\nspacing=2.5\nloop=false\n";
     for (alone, compression) in [(false, 1), (false, 8), (true, 1)] {
         for endian in ORDERS {
-            let tiff = Tiff { endian, alone, compression, description: description.to_owned(), resolution: Some([4, 2]), rows: 5, ..Tiff::new() };
+            let tiff =
+                Tiff { endian, alone, compression, description: description.to_owned(), resolution: Some([4, 2]), rows: 5, ..Tiff::new() };
             let bytes = tiff.file(&sample);
             for (channel, frame) in [(0, 0), (1, 0), (0, 3), (1, 2)] {
                 let volume = read_bytes(&bytes, Choice::new().channel(channel).frame(frame)).unwrap();
@@ -328,7 +329,8 @@ fn ome_files_are_read_in_every_order() {
     let sizes = "SizeZ=\"3\" SizeC=\"2\" SizeT=\"4\"";
     for order in ["XYZCT", "XYZTC", "XYCZT", "XYCTZ", "XYTZC", "XYTCZ"] {
         let channels = "<Channel Name=\"DAPI\"/><Channel Name=\"GFP\"/>";
-        for inside in [format!("{channels}<TiffData/>"), format!("{channels}<TiffData IFD=\"0\" PlaneCount=\"24\"/>"), channels.to_owned()] {
+        for inside in [format!("{channels}<TiffData/>"), format!("{channels}<TiffData IFD=\"0\" PlaneCount=\"24\"/>"), channels.to_owned()]
+        {
             let pixels = format!(
                 "DimensionOrder=\"{order}\" {sizes} PhysicalSizeX=\"0.5\" PhysicalSizeY=\"250\" PhysicalSizeYUnit=\"nm\" PhysicalSizeZ=\"0.002\" PhysicalSizeZUnit=\"mm\""
             );
@@ -471,7 +473,20 @@ fn folders_are_stacks_in_natural_order() {
         assert_eq!(volume.grid().dims(), [7, 5, 12]);
         let want: Vec<u8> = slices.iter().flat_map(|s| s.to_luma8().into_raw()).collect();
         assert_eq!(volume.voxels(), &Voxels::U8(want[..].to_vec().into()), "{extension}");
-        told(&volume, &format!("12 {} images", if extension == "tif" { "TIFF" } else if extension == "pgm" { "PNM" } else { &extension[..] }.to_uppercase()));
+        told(
+            &volume,
+            &format!(
+                "12 {} images",
+                if extension == "tif" {
+                    "TIFF"
+                } else if extension == "pgm" {
+                    "PNM"
+                } else {
+                    &extension[..]
+                }
+                .to_uppercase()
+            ),
+        );
         told(&volume, &format!("from \"s1.{extension}\" to \"s12.{extension}\""));
         told(&volume, "Thumbs.db");
         // A pattern: s1, s10, s11, s12.
@@ -537,7 +552,8 @@ fn every_type_of_image_is_read_exactly() {
             }
             if case == 5 {
                 let volume = io::read_as(dir.path(), &Reading::new().choice(Choice::new().channel(2))).unwrap();
-                let want: Vec<u16> = slices.iter().flat_map(|s| s.to_rgba16().into_raw().chunks(4).map(|p| p[2]).collect::<Vec<_>>()).collect();
+                let want: Vec<u16> =
+                    slices.iter().flat_map(|s| s.to_rgba16().into_raw().chunks(4).map(|p| p[2]).collect::<Vec<_>>()).collect();
                 assert_eq!(volume.voxels(), &Voxels::U16(want.into()));
                 told(&volume, "Channel 2 (blue) of 4");
             }
@@ -564,7 +580,12 @@ fn stacks_that_are_none_are_refused_in_one_line() {
         assert!(!line.contains('\n') && line.contains(&dir.parent().unwrap().display().to_string()), "{line}");
         line
     };
-    let dir = folder(&[("1.png", grey(1)), ("2.png", grey(2)), ("3.png", DynamicImage::new_luma8(7, 6)), ("4.png", DynamicImage::new_luma8(1, 1))]);
+    let dir = folder(&[
+        ("1.png", grey(1)),
+        ("2.png", grey(2)),
+        ("3.png", DynamicImage::new_luma8(7, 6)),
+        ("4.png", DynamicImage::new_luma8(1, 1)),
+    ]);
     let told = line(dir.path());
     assert!(told.contains("3.png: an image of 7 x 6 pixels of u8, but \"1.png\" has 7 x 5 pixels of u8"), "{told}");
     let dir = folder(&[("1.png", grey(1)), ("2.png", DynamicImage::new_rgb16(7, 5))]);
@@ -624,7 +645,6 @@ fn what_is_not_supported_is_named() {
     assert!(with(|t| t.kind = Some((1, 24))).contains("integers of 24 bits"));
     assert!(with(|t| t.kind = Some((9, 8))).contains("SampleFormat is 9"));
     assert!(with(|t| t.more = vec![(266, vec![2])]).contains("FillOrder is 2"));
-    assert!(with(|t| t.samples = 2).contains("volume") || read(&Tiff { samples: 2, ..Tiff::new() }.file(&sample)).notes().len() == 1);
     let ome_of = |pixels: &str, inside: &str| refused(&Tiff { description: ome(pixels, inside), ..Tiff::new() }.file(&sample));
     let sizes = "SizeZ=\"3\" SizeC=\"2\" SizeT=\"1\"";
     assert!(ome_of(&format!("DimensionOrder=\"XYZCT\" {sizes}"), "").contains("are 6 planes, the file has 3"));
@@ -649,13 +669,13 @@ fn what_is_not_supported_is_named() {
     assert!(refused(&circle).contains("the directory of page 2 leads back"));
     let mut wide = Tiff::new().file(&sample);
     set(&mut wide, &Tiff::new(), 256, 60000);
-    assert!(refused(&wide).contains("are needed"));
+    assert!(refused(&wide).contains("3 planes of 60000 x 5 pixels of u8 take 900000 bytes, there cannot be more than"));
     let mut unlike = Tiff::new().file(&sample);
     let at = unlike.windows(4).rposition(|w| w == [1, 1, 3, 0]).unwrap();
     unlike[at + 8] = 4;
     assert!(refused(&unlike).contains("page 2 is 6 x 4 pixels of u8, the first one is 6 x 5"));
     let cut = Tiff::new().file(&sample);
-    assert!(refused(&cut[..cut.len() - 20]).contains("the directory of page 2 of"));
+    assert!(refused(&cut[..cut.len() - 20]).contains("the TIFF directory of page 2 of"));
 }
 
 #[test]
@@ -702,7 +722,11 @@ fn damage(bytes: &mut Vec<u8>, random: &mut Random) {
     for _ in 0..1 + random.below(4) {
         // Directories come last.
         let length = bytes.len();
-        let at = if random.below(2) == 0 { random.below(length.max(1)) } else { length.saturating_sub(1 + random.below(700.min(length.max(1)))) };
+        let at = if random.below(2) == 0 {
+            random.below(length.max(1))
+        } else {
+            length.saturating_sub(1 + random.below(700.min(length.max(1))))
+        };
         match random.below(6) {
             _ if bytes.is_empty() => {}
             0 => bytes[at] ^= 1 << random.below(8),
@@ -725,7 +749,8 @@ fn peak() -> u64 {
 #[test]
 fn damaged_files_never_panic_or_dawdle() {
     let (s, rgb) = (Sample::new(VoxelType::I16, [8, 6, 6]), Sample::new(VoxelType::U8, [9, 5, 3]));
-    let description = ome("DimensionOrder=\"XYZCT\" SizeZ=\"3\" SizeC=\"2\" SizeT=\"1\"", "<TiffData IFD=\"0\" PlaneCount=\"6\"/>").replace("SizeX=\"6\" SizeY=\"5\"", "SizeX=\"8\" SizeY=\"6\"");
+    let description = ome("DimensionOrder=\"XYZCT\" SizeZ=\"3\" SizeC=\"2\" SizeT=\"1\"", "<TiffData IFD=\"0\" PlaneCount=\"6\"/>")
+        .replace("SizeX=\"6\" SizeY=\"5\"", "SizeX=\"8\" SizeY=\"6\"");
     let hyper = "ImageJ=1.54f\nimages=6\nchannels=2\nslices=3\nunit=mm\nspacing=2\n".to_owned();
     let big = Tiff { endian: Endian::Big, big: true, ..Tiff::new() };
     let seeds = [

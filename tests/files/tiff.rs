@@ -174,7 +174,8 @@ impl Tiff {
                         let mut row = Vec::new();
                         for x in left..left + cx {
                             let at = ((y * width + x) * self.samples + plane) * size;
-                            let pixel = if x < width && y < height { page[at..at + together * size].to_vec() } else { vec![7; together * size] };
+                            let pixel =
+                                if x < width && y < height { page[at..at + together * size].to_vec() } else { vec![7; together * size] };
                             row.extend(pixel);
                         }
                         chunk.extend(self.predicted(&row, size, together));

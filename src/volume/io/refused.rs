@@ -35,7 +35,9 @@ pub(super) const REFUSALS: [Refusal; 10] = [
         says: "an XML file: not supported (of VTK, the legacy .vtk format is read)",
     },
     Refusal {
-        probe: |c| only(Magic, cfg!(not(feature = "stacks")) && [&b"II*\0"[..], b"MM\0*", b"II+\0", b"MM\0+"].iter().any(|magic| c.has(0, magic))),
+        probe: |c| {
+            only(Magic, cfg!(not(feature = "stacks")) && [&b"II*\0"[..], b"MM\0*", b"II+\0", b"MM\0+"].iter().any(|magic| c.has(0, magic)))
+        },
         says: "a TIFF file: not supported by this build, which lacks the feature \"stacks\"",
     },
     Refusal { probe: |c| only(Magic, is_image(c)), says: ONE_IMAGE },

@@ -71,7 +71,9 @@ impl Stack {
         let mut kinds = names.iter().filter_map(|name| Some((name, Kind::of(name)?)));
         let Some((first, kind)) = kinds.next() else { return Err(Error::format(folder.path(), "no image in it")) };
         if let Some((other, _)) = kinds.find(|(_, other)| *other != kind) {
-            let what = format!("images of several kinds, such as {first:?} and {other:?}: give a pattern of those that are meant, such as \"*.png\"");
+            let what = format!(
+                "images of several kinds, such as {first:?} and {other:?}: give a pattern of those that are meant, such as \"*.png\""
+            );
             return Err(Error::format(folder.path(), what));
         }
         let open = |name: &String| Picture::open(&folder, name, kind);
@@ -79,7 +81,8 @@ impl Stack {
         let (pixels, inverted) = (picture.pixels(), picture.is_inverted());
         // The largest claim comes before any look at the others.
         for group in names.chunks(HEADERS) {
-            let found: Vec<Result<(Pixels, bool)>> = group.par_iter().map(|name| open(name).map(|p| (p.pixels(), p.is_inverted()))).collect();
+            let found: Vec<Result<(Pixels, bool)>> =
+                group.par_iter().map(|name| open(name).map(|p| (p.pixels(), p.is_inverted()))).collect();
             for (name, found) in group.iter().zip(found) {
                 let (found, turned) = found?;
                 if found != pixels || turned != inverted {
@@ -106,7 +109,8 @@ impl Stack {
     fn notes(&self, take: Take) -> Vec<String> {
         let (count, first) = (self.names.len(), &self.names[0]);
         let last = &self.names[count - 1];
-        let mut notes = vec![format!("{count} {} images are the slices, in the order of their names from {first:?} to {last:?}.", self.kind)];
+        let mut notes =
+            vec![format!("{count} {} images are the slices, in the order of their names from {first:?} to {last:?}.", self.kind)];
         if let Some(first) = self.others.first() {
             notes.push(match self.others.len() {
                 1 => format!("One file of another kind was passed over: {first:?}."),

@@ -73,7 +73,24 @@ mod tests {
 
     #[test]
     fn numbers_in_names_count_as_numbers() {
-        let sorted = ["1", "2", "10", "a", "a.png", "a0", "a00", "a1", "a01b", "a2", "a2b1", "a2b10", "a10", "a010c", "a99999999999999999999999", "b"];
+        let sorted = [
+            "1",
+            "2",
+            "10",
+            "a",
+            "a.png",
+            "a0",
+            "a00",
+            "a1",
+            "a01b",
+            "a2",
+            "a2b1",
+            "a2b10",
+            "a10",
+            "a010c",
+            "a99999999999999999999999",
+            "b",
+        ];
         for (i, a) in sorted.iter().enumerate() {
             for (j, b) in sorted.iter().enumerate() {
                 assert_eq!(natural(a, b), i.cmp(&j), "{a} and {b}");

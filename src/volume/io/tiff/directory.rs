@@ -148,7 +148,7 @@ impl Walk<'_> {
     /// Reads the directory at byte `at` and returns the place of the next one, 0 after the last.
     fn one(&mut self, at: u64) -> Result<u64> {
         let Widths { count: count_width, word, entry } = self.widths;
-        let what = format!("the directory of page {}", self.pages.len());
+        let what = format!("the TIFF directory of page {}", self.pages.len());
         let count = self.number(at, count_width, &what)?;
         let bytes = count.saturating_mul(entry).saturating_add(word);
         let first = at + count_width;

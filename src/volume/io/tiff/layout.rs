@@ -2,9 +2,9 @@
 
 use super::bytes::Bytes;
 use crate::Result;
+use crate::volume::VoxelType;
 use crate::volume::io::slices::{Alpha, Color, Pixels};
 use crate::volume::io::stored::Stored;
-use crate::volume::VoxelType;
 
 /// Codes of the tags that are read (TIFF 6.0, appendix A).
 mod tag {
@@ -185,7 +185,9 @@ impl Layout {
         } else {
             [width, one(tag::ROWS, Some(height))?.min(height)]
         };
-        for (what, number) in [("width", width), ("height", height), ("samples", samples), ("rows of a strip", chunk[1]), ("tile", chunk[0])] {
+        for (what, number) in
+            [("width", width), ("height", height), ("samples", samples), ("rows of a strip", chunk[1]), ("tile", chunk[0])]
+        {
             if number == 0 || number > u64::from(u32::MAX) {
                 return Err(fault(bytes, format!("{what} of {number}: it must be 1 to {}", u32::MAX)));
             }

@@ -134,7 +134,9 @@ impl Choice {
         let most = layout.most(held);
         if needed > u128::from(most) {
             let count = self.planes().len();
-            return Err(self.tiff.fault(format!("{count} planes of {} take {needed} bytes, there cannot be more than {most}", self.pixels)));
+            return Err(self
+                .tiff
+                .fault(format!("{count} planes of {} take {needed} bytes, there cannot be more than {most}", self.pixels)));
         }
         Ok(())
     }
@@ -255,7 +257,9 @@ fn list(store: Store, reading: &Reading) -> Result<Vec<Item>> {
         let images = ome::images(&choice.tiff);
         let taken = reading.choice.series.as_deref().unwrap_or("0");
         if images.len() > 1 {
-            items.extend(images.into_iter().enumerate().map(|(i, name)| Item::new(Part::Series, i.to_string(), name, i.to_string() == taken)));
+            items.extend(
+                images.into_iter().enumerate().map(|(i, name)| Item::new(Part::Series, i.to_string(), name, i.to_string() == taken)),
+            );
         }
     }
     if choice.channels() > 1 {

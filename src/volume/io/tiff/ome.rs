@@ -184,7 +184,10 @@ impl<'a> Image<'a> {
             };
             if count > left {
                 let (path, all) = (pages.places.path(), pages.pages.len());
-                return Err(Error::format(path, format!("OME-XML: pages {first} to {} of {all} are told of", first.saturating_add(count) - 1)));
+                return Err(Error::format(
+                    path,
+                    format!("OME-XML: pages {first} to {} of {all} are told of", first.saturating_add(count) - 1),
+                ));
             }
             let [z, c, t] = ["FirstZ", "FirstC", "FirstT"].map(|name| self.number(block, name));
             let mut at = [z?.unwrap_or(0), c?.unwrap_or(0) / samples, t?.unwrap_or(0)];
@@ -284,7 +287,8 @@ impl<'a> Files<'a, '_> {
         let Some(name) = uuid.attribute("FileName") else { return Ok(0) };
         let tiff = self.image.tiff;
         let path = tiff.places.path();
-        let is_own = path.file_name().is_some_and(|n| n.to_str() == Some(name)) || uuid.text().is_some_and(|id| Some(id) == self.image.uuid);
+        let is_own =
+            path.file_name().is_some_and(|n| n.to_str() == Some(name)) || uuid.text().is_some_and(|id| Some(id) == self.image.uuid);
         if is_own || self.renamed {
             return Ok(0);
         }
