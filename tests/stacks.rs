@@ -482,7 +482,7 @@ fn folders_are_stacks_in_natural_order() {
                 } else if extension == "pgm" {
                     "PNM"
                 } else {
-                    &extension[..]
+                    extension
                 }
                 .to_uppercase()
             ),

@@ -40,31 +40,33 @@ impl fmt::Display for Kind {
     }
 }
 
-/// The digits or the other characters that `text` starts with, and the rest.
-fn run(text: &str) -> (bool, &str, &str) {
-    let digits = text.starts_with(|c: char| c.is_ascii_digit());
-    let end = text.find(|c: char| c.is_ascii_digit() != digits).unwrap_or(text.len());
-    (digits, &text[..end], &text[end..])
+/// The number that `text` starts with, without zeros in front, and the rest; or its first character and the rest.
+fn split(text: &str) -> (bool, &str, &str) {
+    let digits = text.bytes().take_while(u8::is_ascii_digit).count();
+    if digits > 0 {
+        return (true, text[..digits].trim_start_matches('0'), &text[digits..]);
+    }
+    let first = text.chars().next().map_or(0, char::len_utf8);
+    (false, &text[..first], &text[first..])
 }
 
 /// Order of names in which numbers count as such: `a2` before `a10`. Different names are never equal.
 pub(super) fn natural(a: &str, b: &str) -> Ordering {
     let (mut left, mut right) = (a, b);
     while !left.is_empty() && !right.is_empty() {
-        let ((digits, x, left_rest), (other, y, right_rest)) = (run(left), run(right));
-        let order = if digits && other {
-            let (x, y) = (x.trim_start_matches('0'), y.trim_start_matches('0'));
+        let ((is_number, x, left_rest), (is_other, y, right_rest)) = (split(left), split(right));
+        let order = if is_number && is_other {
             x.len().cmp(&y.len()).then_with(|| x.cmp(y))
         } else {
-            x.cmp(y)
+            left.chars().next().cmp(&right.chars().next())
         };
         if order != Ordering::Equal {
             return order;
         }
         (left, right) = (left_rest, right_rest);
     }
-    // As many zeros in front of a number as may be: the names themselves decide.
-    left.len().min(1).cmp(&right.len().min(1)).then_with(|| a.cmp(b))
+    // Where only zeros in front of numbers differ, the names themselves decide.
+    (!left.is_empty()).cmp(&!right.is_empty()).then_with(|| a.cmp(b))
 }
 
 #[cfg(test)]
