@@ -264,6 +264,29 @@ fn alphas_greys_palettes_and_white_that_is_0_are_told() {
     assert!(read(&Tiff { photometric: 0, ..Tiff::new() }.file(&sample)).voxels() == &sample.voxels);
 }
 
+#[test]
+fn colours_of_few_bits_are_stretched_and_calibrations_applied() {
+    // 4 bits: two numbers a byte, 2 x 1 pixels of three numbers.
+    let tiff = Tiff { photometric: 2, samples: 3, ..Tiff::new() };
+    let mut bytes = tiff.pages(&[&[0x0f, 0x84, 0x21], &[0xff, 0xff, 0xf0]], [1, 1], 1, (1, 4));
+    set(&mut bytes, &tiff, 256, 2);
+    let volume = read(&bytes);
+    let Some(Colors::U8(colors)) = volume.colors() else { panic!("no colours") };
+    let of = |n: u16| ((n * 255 + 7) / 15) as u8;
+    assert_eq!(colors[..2], [[0, 255, of(8), 255], [of(4), of(2), of(1), 255]]);
+    told(&volume, "Colours of 4 bits were stretched to 8");
+    // ImageJ keeps signed numbers as unsigned ones and a calibration.
+    let sample = Sample::new(VoxelType::U16, [5, 4, 2]);
+    let description = "ImageJ=1.54f\nimages=2\nslices=2\ncf=0\nc0=-32768.0\nc1=1.0\nvunit=Gray Value\n".to_owned();
+    let volume = read(&Tiff { description: description.clone(), ..Tiff::new() }.file(&sample));
+    assert_eq!((volume.rescale(), volume.value([0; 3])), ((1.0, -32768.0), sample.voxels.get(0) - 32768.0));
+    let line = refused(&Tiff { description: description.replace("c1=1.0", "c1=0"), ..Tiff::new() }.file(&sample));
+    assert!(line.contains("calibration is \"-32768.0\" + \"0\" x"), "{line}");
+    let volume = read(&Tiff { description: description.replace("cf=0", "cf=7"), ..Tiff::new() }.file(&sample));
+    assert_eq!(volume.rescale(), (1.0, 0.0));
+    told(&volume, "no straight line");
+}
+
 /// Slices of one channel and frame of `sample`, whose z counts planes in the order of `axes` (the fastest first), of `sizes` z, c and t.
 fn planes(sample: &Sample, axes: &str, sizes: [usize; 3], channel: usize, frame: usize) -> Vec<f64> {
     let [x, y, _] = sample.dims;
@@ -378,6 +401,8 @@ fn ome_planes_in_other_files_are_read_or_missed() {
     let volume = Volume::open(&path).unwrap();
     let slice = |s: &Sample, z: usize| (z * 30..z * 30 + 30).map(|i| s.voxels.get(i)).collect::<Vec<_>>();
     assert_eq!(all(&volume), [slice(&turned, 1), slice(&sample, 0), slice(&turned, 0), slice(&sample, 1)].concat());
+    let line = Volume::open(dir.path()).unwrap_err().to_string();
+    assert!(line.contains("2 pages: a slice of a stack has one image"), "{line}");
     // No way out of the folder.
     for name in ["../b.tif", "/b.tif", "x/b.tif", "..", "x\\b.tif"] {
         let inside = [block("a.tif", 1, 0, 0), block(name, 2, 0, 1)].concat();
@@ -385,6 +410,16 @@ fn ome_planes_in_other_files_are_read_or_missed() {
         let line = Volume::open(&path).unwrap_err().to_string();
         assert!(line.contains("no name of a file") || line.contains("no way to a file"), "{name}: {line}");
     }
+    // Slices in files of their own: the folder alone does not tell their order.
+    let one = Sample::new(VoxelType::U16, [6, 5, 1]);
+    let inside = [block("b.tif", 2, 0, 0), block("a.tif", 1, 0, 1)].concat();
+    let pixels = "DimensionOrder=\"XYZCT\" SizeZ=\"2\" SizeC=\"1\" SizeT=\"1\"";
+    for name in ["a.tif", "b.tif"] {
+        std::fs::write(dir.path().join(name), Tiff { description: ome(pixels, &inside), ..Tiff::new() }.file(&one)).unwrap();
+    }
+    let line = Volume::open(dir.path()).unwrap_err().to_string();
+    assert!(line.contains("the OME-XML in \"a.tif\" tells how its files belong together: give that file"), "{line}");
+    assert_eq!(all(&Volume::open(&path).unwrap()), [slice(&one, 0), slice(&one, 0)].concat());
     // Renamed: the only file that is named is the file itself.
     let pixels = "DimensionOrder=\"XYZCT\" SizeZ=\"2\" SizeC=\"1\" SizeT=\"1\"";
     let inside = [block("old.tif", 7, 0, 0), block("old.tif", 7, 1, 1)].concat();
@@ -463,7 +498,7 @@ fn grey(seed: u64) -> DynamicImage {
 #[test]
 fn folders_are_stacks_in_natural_order() {
     let slices: Vec<DynamicImage> = (0..12).map(|i| grey(100 + i)).collect();
-    for extension in ["png", "bmp", "tif", "pgm"] {
+    for (extension, kind) in [("png", "PNG"), ("bmp", "BMP"), ("tif", "TIFF"), ("pgm", "PNM")] {
         let names: Vec<String> = (0..12).map(|i| format!("s{}.{extension}", i + 1)).collect();
         let images: Vec<(&str, DynamicImage)> = names.iter().map(String::as_str).zip(slices.iter().cloned()).collect();
         let dir = folder(&images);
@@ -473,20 +508,7 @@ fn folders_are_stacks_in_natural_order() {
         assert_eq!(volume.grid().dims(), [7, 5, 12]);
         let want: Vec<u8> = slices.iter().flat_map(|s| s.to_luma8().into_raw()).collect();
         assert_eq!(volume.voxels(), &Voxels::U8(want[..].to_vec().into()), "{extension}");
-        told(
-            &volume,
-            &format!(
-                "12 {} images",
-                if extension == "tif" {
-                    "TIFF"
-                } else if extension == "pgm" {
-                    "PNM"
-                } else {
-                    extension
-                }
-                .to_uppercase()
-            ),
-        );
+        told(&volume, &format!("12 {kind} images"));
         told(&volume, &format!("from \"s1.{extension}\" to \"s12.{extension}\""));
         told(&volume, "Thumbs.db");
         // A pattern: s1, s10, s11, s12.
@@ -659,6 +681,9 @@ fn what_is_not_supported_is_named() {
     assert!(ome_of(&format!("{three} PhysicalSizeX=\"-1\""), "").contains("PhysicalSizeX is \"-1\""));
     let wrong = ome(three, "").replace("SizeX=\"6\"", "SizeX=\"7\"");
     assert!(refused(&Tiff { description: wrong, ..Tiff::new() }.file(&sample)).contains("7 x 5 pixels, page 0 has 6 x 5"));
+    let line =
+        refused(&Tiff { description: "<OME><BinaryOnly MetadataFile=\"a.companion.ome\"/></OME>".to_owned(), ..Tiff::new() }.file(&sample));
+    assert!(line.contains("stands in \"a.companion.ome\""), "{line}");
     let line = refused(&Tiff { description: "<OME ><Image></OME>".to_owned(), ..Tiff::new() }.file(&sample));
     assert!(line.contains("OME-XML: "), "{line}");
     // Directories in a circle, lying sizes, pages unlike each other.

@@ -56,8 +56,8 @@ struct Stack {
     kind: Kind,
     /// What all of them are.
     pixels: Pixels,
-    /// Whether 0 is white in the files.
-    inverted: bool,
+    /// What is to be told of how their numbers are read.
+    read: Vec<String>,
 }
 
 impl Stack {
@@ -78,21 +78,27 @@ impl Stack {
         }
         let open = |name: &String| Picture::open(&folder, name, kind);
         let picture = open(&names[0])?;
-        let (pixels, inverted) = (picture.pixels(), picture.is_inverted());
-        // The largest claim comes before any look at the others.
+        if picture.is_part() {
+            let what = format!("the OME-XML in {:?} tells how its files belong together: give that file in place of the folder", names[0]);
+            return Err(Error::format(folder.path(), what));
+        }
+        let (pixels, read) = (picture.pixels(), picture.notes());
         for group in names.chunks(HEADERS) {
-            let found: Vec<Result<(Pixels, bool)>> =
-                group.par_iter().map(|name| open(name).map(|p| (p.pixels(), p.is_inverted()))).collect();
+            let found: Vec<Result<(Pixels, Vec<String>)>> =
+                group.par_iter().map(|name| open(name).map(|p| (p.pixels(), p.notes()))).collect();
             for (name, found) in group.iter().zip(found) {
-                let (found, turned) = found?;
-                if found != pixels || turned != inverted {
+                let (found, notes) = found?;
+                if found != pixels || notes != read {
                     let path = folder.path().join(name);
                     let what = format!("an image of {found}, but {:?} has {pixels}: the images of a stack must be alike", names[0]);
-                    return Err(Error::format(&path, what));
+                    return Err(Error::format(
+                        &path,
+                        if found == pixels { format!("numbers stored unlike those of {:?}", names[0]) } else { what },
+                    ));
                 }
             }
         }
-        Ok(Self { folder, names, others, kind, pixels, inverted })
+        Ok(Self { folder, names, others, kind, pixels, read })
     }
 
     fn path(&self) -> &Path {
@@ -123,9 +129,7 @@ impl Stack {
             notes.push(format!("Channel {n}{name} of {} was taken.", self.pixels.samples));
         }
         notes.extend(self.pixels.note(take));
-        if self.inverted {
-            notes.push("White is stored as 0: numbers were turned around, so that the largest is the brightest.".to_owned());
-        }
+        notes.extend(self.read.iter().cloned());
         notes
     }
 }

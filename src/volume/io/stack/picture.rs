@@ -105,9 +105,17 @@ impl Picture {
         }
     }
 
-    /// Whether 0 is white in the file.
-    pub(super) fn is_inverted(&self) -> bool {
-        matches!(self, Self::Tiff(single) if single.is_inverted())
+    /// What is to be told of how its numbers are read.
+    pub(super) fn notes(&self) -> Vec<String> {
+        match self {
+            Self::Tiff(single) => single.notes(),
+            Self::Other { .. } => Vec::new(),
+        }
+    }
+
+    /// Whether it is one of several files that a description in it tells the order of.
+    pub(super) fn is_part(&self) -> bool {
+        matches!(self, Self::Tiff(single) if single.is_part())
     }
 
     /// Reads the numbers of all pixels, in this machine's order.

@@ -201,7 +201,9 @@ impl Tiff {
             }
         }
         if layout.is_inverted() {
-            invert(out, layout);
+            invert(out, layout.bits);
+        } else if layout.is_stretched() {
+            stretch(out, layout.bits);
         }
         Ok(())
     }
@@ -220,19 +222,28 @@ impl Tiff {
     }
 }
 
-/// Largest number becomes 0 and 0 the largest.
-fn invert(out: &mut [u8], layout: &Layout) {
-    if layout.bits < 8 {
-        let most = (1u16 << layout.bits) - 1;
-        out.iter_mut().for_each(|b| *b = (most as u8).wrapping_sub(*b));
-    } else if layout.bits % 8 == 0 {
+/// Largest number becomes 0 and 0 the largest: numbers of `bits` bits.
+fn invert(out: &mut [u8], bits: usize) {
+    if bits % 8 == 0 {
         out.iter_mut().for_each(|b| *b = !*b);
     } else {
-        let most = (1u16 << layout.bits) - 1;
-        for b in out.chunks_exact_mut(2) {
-            let value = most.wrapping_sub(u16::from_ne_bytes([b[0], b[1]]));
-            b.copy_from_slice(&value.to_ne_bytes());
-        }
+        let most = (1u16 << bits) - 1;
+        each(out, bits, |value| most - value);
+    }
+}
+
+/// The largest number of `bits` bits becomes the largest of 8 or 16 bits.
+fn stretch(out: &mut [u8], bits: usize) {
+    let (most, full) = ((1u32 << bits) - 1, if bits > 8 { u32::from(u16::MAX) } else { u32::from(u8::MAX) });
+    each(out, bits, |value| ((u32::from(value) * full + most / 2) / most) as u16);
+}
+
+/// Changes all numbers of at most 16 bits.
+fn each(out: &mut [u8], bits: usize, change: impl Fn(u16) -> u16) {
+    if bits > 8 {
+        out.chunks_exact_mut(2).for_each(|b| b.copy_from_slice(&change(u16::from_ne_bytes([b[0], b[1]])).to_ne_bytes()));
+    } else {
+        out.iter_mut().for_each(|b| *b = change((*b).into()) as u8);
     }
 }
 

@@ -57,6 +57,7 @@ pub(super) fn series(tiff: &Tiff) -> Result<Series> {
     series.planes = Series::sorted(&series.planes, ['c', 'z', 't'], [slices, channels, series.frames]);
     (series.slices, series.channels) = (slices, channels);
     series.spacing = spacing(tiff, &mut series.notes);
+    series.rescale = calibration(tiff, &mut series.notes)?;
     Ok(series)
 }
 
@@ -69,6 +70,20 @@ fn behind(tiff: &Tiff, page: usize, images: usize) -> Result<Option<Vec<Plane>>>
         return Err(tiff.fault(format!("ImageJ's images is {images}, the file holds {held} behind its one directory: cut short?")));
     };
     Ok(Some((first..first + needed).step_by(each as usize).map(|at| Plane { file: 0, page, raw: Some(at) }).collect()))
+}
+
+/// Slope and intercept, where the values are calibrated along a straight line (`cf=0`): ImageJ writes signed 16-bit numbers so.
+fn calibration(tiff: &Tiff, notes: &mut Vec<String>) -> Result<Option<(f64, f64)>> {
+    let text = tiff.description.as_str();
+    let (Some(function), Some(intercept), Some(slope)) = (value(text, "cf"), value(text, "c0"), value(text, "c1")) else { return Ok(None) };
+    if function.trim() != "0" {
+        notes.push("The calibration in ImageJ's description is no straight line: numbers were taken as they are stored.".to_owned());
+        return Ok(None);
+    }
+    match (slope.trim().parse::<f64>(), intercept.trim().parse::<f64>()) {
+        (Ok(slope), Ok(intercept)) if slope.is_finite() && intercept.is_finite() && slope != 0.0 => Ok(Some((slope, intercept))),
+        _ => Err(tiff.fault(format!("ImageJ's calibration is {intercept:?} + {slope:?} x: both must be finite and the second not 0"))),
+    }
 }
 
 /// Voxel sizes: the resolution of the page where the description names a unit, and the distance of slices.

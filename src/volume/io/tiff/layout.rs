@@ -342,6 +342,24 @@ impl Layout {
         self.photometric == WHITE_IS_ZERO && matches!(self.format, 1 | 4)
     }
 
+    /// Whether the numbers are colours of so few bits that they are stretched to those of their type, where its largest number stands for 1.
+    pub(super) fn is_stretched(&self) -> bool {
+        self.photometric == RGB && !matches!(self.bits, 8 | 16 | 32 | 64)
+    }
+
+    /// What is to be told of how the numbers are read.
+    pub(super) fn notes(&self) -> Vec<String> {
+        let mut notes = Vec::new();
+        if self.is_inverted() {
+            notes.push("White is stored as 0: numbers were turned around, so that the largest is the brightest.".to_owned());
+        }
+        if self.is_stretched() {
+            let wide = if self.bits > 8 { 16 } else { 8 };
+            notes.push(format!("Colours of {} bits were stretched to {wide} bits.", self.bits));
+        }
+        notes
+    }
+
     /// Most bytes of numbers that `packed` bytes of the file can hold.
     pub(super) fn most(&self, packed: u64) -> u64 {
         let ratio = match self.compression {

@@ -207,9 +207,7 @@ impl Choice {
             notes.push(format!("{left_out} of {} pages are smaller versions or masks and were left out.", self.tiff.pages.len()));
         }
         let layout = self.tiff.layout(self.planes()[0].page);
-        if layout.is_inverted() {
-            notes.push("White is stored as 0: numbers were turned around, so that the largest is the brightest.".to_owned());
-        }
+        notes.extend(layout.notes());
         if layout.color_map.is_some() && !self.expand {
             notes.push("The palette is one for display: numbers were taken as they are stored.".to_owned());
         }
@@ -246,7 +244,10 @@ fn read(store: Store, reading: &Reading) -> Result<Volume> {
     let voxels = choice.voxels(reading)?;
     let (path, pixels) = (choice.tiff.places.path(), &choice.pixels);
     let grid = named(path, Grid::with_spacing([pixels.width, pixels.height, choice.planes().len()], choice.series.spacing))?;
-    let volume = named(path, slices::volume(grid, choice.take, voxels))?;
+    let mut volume = named(path, slices::volume(grid, choice.take, voxels))?;
+    if let (Some((slope, intercept)), Some(_)) = (choice.series.rescale, volume.scalars()) {
+        volume = named(path, volume.with_rescale(slope, intercept))?;
+    }
     Ok(choice.notes().into_iter().fold(volume, Volume::with_note))
 }
 
@@ -304,9 +305,14 @@ impl Single {
         self.tiff.fault(what)
     }
 
-    /// Whether 0 is white in the file.
-    pub(super) fn is_inverted(&self) -> bool {
-        self.tiff.layout(self.page).is_inverted()
+    /// What is to be told of how its numbers are read.
+    pub(super) fn notes(&self) -> Vec<String> {
+        self.tiff.layout(self.page).notes()
+    }
+
+    /// Whether it is one of several files that OME-XML describes.
+    pub(super) fn is_part(&self) -> bool {
+        ome::is_it(&self.tiff.description) && ome::files(&self.tiff) > 1
     }
 }
 

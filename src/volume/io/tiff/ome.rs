@@ -10,7 +10,7 @@ use crate::volume::io::reading::{Part, Reading, pick};
 use crate::volume::io::store::Store;
 use crate::{Error, Result};
 use roxmltree::{Document, Node};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// Whether a description is OME-XML.
@@ -60,7 +60,13 @@ pub(super) fn series(tiff: &Tiff, reading: &Reading) -> Result<Series> {
         Some(n) => Some(n.parse::<usize>().map_err(|_| tiff.fault(format!("volume.series is {n:?}: OME-TIFF counts images from 0")))?),
     };
     if images.is_empty() {
-        return Err(tiff.fault("OME-XML: no image in it"));
+        let other = children(root, "BinaryOnly").next().and_then(|n| n.attribute("MetadataFile"));
+        return Err(tiff.fault(match other {
+            Some(name) => {
+                format!("OME-XML: what the pages are stands in {name:?}: such files are not supported, save them as one OME-TIFF")
+            }
+            None => "OME-XML: no image in it".to_owned(),
+        }));
     }
     let index = pick(tiff.places.path(), Part::Series, chosen, images.len())?;
     let pixels = children(images[index], "Pixels").next().ok_or_else(|| tiff.fault(format!("OME-XML: image {index} has no Pixels")))?;
@@ -77,6 +83,13 @@ pub(super) fn series(tiff: &Tiff, reading: &Reading) -> Result<Series> {
 pub(super) fn images(tiff: &Tiff) -> Vec<String> {
     let Ok(document) = Document::parse(&tiff.description) else { return Vec::new() };
     children(document.root_element(), "Image").map(|image| image.attribute("Name").unwrap_or_default().to_owned()).collect()
+}
+
+/// How many files the XML names.
+pub(super) fn files(tiff: &Tiff) -> usize {
+    let Ok(document) = Document::parse(&tiff.description) else { return 0 };
+    let names = document.descendants().filter(|n| n.tag_name().name() == "UUID").filter_map(|n| n.attribute("FileName"));
+    names.collect::<BTreeSet<_>>().len()
 }
 
 /// Elements called `name` directly in `node`, of whatever namespace.
@@ -144,7 +157,7 @@ impl<'a> Image<'a> {
         let mut notes = Vec::new();
         let spacing = self.spacing(&mut notes)?;
         let Shape { slices, channels, frames, .. } = shape;
-        Ok(Series { slices, channels, frames, planes, names, spacing, notes, others, plain_palette: false })
+        Ok(Series { slices, channels, frames, planes, names, spacing, rescale: None, notes, others, plain_palette: false })
     }
 
     /// Where each plane is, and the files beside this one.

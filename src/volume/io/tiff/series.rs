@@ -29,6 +29,8 @@ pub(super) struct Series {
     /// Names of channels, as far as there are any.
     pub(super) names: Vec<String>,
     pub(super) spacing: [f64; 3],
+    /// Slope and intercept of the values.
+    pub(super) rescale: Option<(f64, f64)>,
     /// What is to be told.
     pub(super) notes: Vec<String>,
     /// Files beside the one that was opened.
