@@ -389,18 +389,19 @@ fn ome_planes_in_other_files_are_read_or_missed() {
     let block = |file: &str, id: u8, ifd: usize, z: usize| {
         format!("<TiffData IFD=\"{ifd}\" FirstZ=\"{z}\"><UUID FileName=\"{file}\">urn:uuid:{id}</UUID></TiffData>")
     };
-    let inside = [block("b.tif", 2, 1, 0), block("a.tif", 1, 0, 1), block("b.tif", 2, 0, 2), block("a.tif", 1, 1, 3)].concat();
+    let inside = [block("b.tif", 2, 3, 0), block("a.tif", 1, 0, 1), block("b.tif", 2, 0, 2), block("a.tif", 1, 1, 3)].concat();
     let own = Tiff { description: ome(pixels, &inside), ..Tiff::new() }.file(&sample);
     let path = dir.path().join("a.tif");
     std::fs::write(&path, &own).unwrap();
     let line = Volume::open(&path).unwrap_err().to_string();
     assert!(line.contains("planes are in \"b.tif\", which is not beside this file"), "{line}");
-    let mut turned = sample.clone();
+    // More pages than the file itself has.
+    let mut turned = Sample::new(VoxelType::U16, [6, 5, 4]);
     turned.voxels.as_bytes_mut().reverse();
     std::fs::write(dir.path().join("b.tif"), Tiff { endian: Endian::Big, compression: 8, ..Tiff::new() }.file(&turned)).unwrap();
     let volume = Volume::open(&path).unwrap();
     let slice = |s: &Sample, z: usize| (z * 30..z * 30 + 30).map(|i| s.voxels.get(i)).collect::<Vec<_>>();
-    assert_eq!(all(&volume), [slice(&turned, 1), slice(&sample, 0), slice(&turned, 0), slice(&sample, 1)].concat());
+    assert_eq!(all(&volume), [slice(&turned, 3), slice(&sample, 0), slice(&turned, 0), slice(&sample, 1)].concat());
     let line = Volume::open(dir.path()).unwrap_err().to_string();
     assert!(line.contains("2 pages: a slice of a stack has one image"), "{line}");
     // No way out of the folder.
@@ -677,7 +678,9 @@ fn what_is_not_supported_is_named() {
     assert!(ome_of(three, "<TiffData IFD=\"1\" PlaneCount=\"3\"/>").contains("pages 1 to 3 of 3"));
     assert!(ome_of(three, "<TiffData IFD=\"0\" FirstZ=\"3\"/>").contains("no slice 3"));
     assert!(ome_of(three, "<TiffData IFD=\"0\"/>").contains("are 3 planes, the file has 1"));
-    assert!(ome_of("SizeZ=\"18446744073709551615\" SizeC=\"9\" SizeT=\"9\"", "<TiffData IFD=\"0\"/>").contains("the file has 1"));
+    assert!(ome_of("SizeZ=\"18446744073709551615\" SizeC=\"9\" SizeT=\"9\"", "<TiffData IFD=\"0\"/>").contains("more than 1048576"));
+    assert!(ome_of(three, "<TiffData IFD=\"0\"/><TiffData IFD=\"1\"/>").contains("slice 0 of channel 0 and frame 0 is told twice"));
+    assert!(ome_of(three, &"<a>".repeat(100_000)).contains("OME-XML: "));
     assert!(ome_of(&format!("{three} PhysicalSizeX=\"-1\""), "").contains("PhysicalSizeX is \"-1\""));
     let wrong = ome(three, "").replace("SizeX=\"6\"", "SizeX=\"7\"");
     assert!(refused(&Tiff { description: wrong, ..Tiff::new() }.file(&sample)).contains("7 x 5 pixels, page 0 has 6 x 5"));

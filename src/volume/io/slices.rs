@@ -203,6 +203,10 @@ pub(super) fn stacked(
     (pixels, take, count): (&Pixels, Take, usize),
     decode: impl Fn(usize, &mut [u8]) -> Result<()> + Sync,
 ) -> Result<Voxels> {
+    let (needed, limit) = (pixels.bytes() as u128, u128::from(reading.limits.voxel_bytes));
+    if needed > limit {
+        return Err(Error::Limit { what: format!("{}: bytes of a slice of {pixels}", path.display()), needed, limit });
+    }
     let dims = [pixels.width.saturating_mul(take.count()), pixels.height, count];
     let mut voxels = room(path, &reading.limits, dims, pixels.stored, u64::MAX)?;
     let slice = pixels.width * pixels.height * take.count() * pixels.stored.voxel_type().bytes();

@@ -161,15 +161,6 @@ impl Places {
         Ok(out)
     }
 
-    /// The file once more, with a place in it of its own.
-    ///
-    /// # Errors
-    /// When it cannot be opened.
-    #[cfg(feature = "stacks")]
-    pub(super) fn open(&self) -> Result<File> {
-        File::open(&self.path).map_err(|e| Error::io(&self.path, e))
-    }
-
     /// A stream of the `count` bytes from byte `at` on; shorter where the file ends before.
     ///
     /// # Errors

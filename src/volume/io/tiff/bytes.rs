@@ -1,18 +1,58 @@
 //! Bytes of a TIFF file at chosen places. Each thread has a handle of its own.
 
+use crate::settings::Limits;
 use crate::volume::io::Endian;
 use crate::volume::io::store::Places;
 use crate::{Error, Result};
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::ops::Range;
+use std::path::{Path, PathBuf};
 
 /// Bytes read ahead of a header, so that a directory and its values take one read.
 const AHEAD: u64 = 4096;
 
+/// A file that is not kept open: a volume may lie in more files than a program may open.
+pub(super) struct OnDisk {
+    path: PathBuf,
+    length: u64,
+    limits: Limits,
+}
+
+impl OnDisk {
+    pub(super) fn new(places: &Places) -> Self {
+        Self { path: places.path().to_path_buf(), length: places.length(), limits: *places.limits() }
+    }
+
+    /// The file's name.
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Bytes of the file.
+    pub(super) fn length(&self) -> u64 {
+        self.length
+    }
+
+    /// The limits in force.
+    pub(super) fn limits(&self) -> &Limits {
+        &self.limits
+    }
+
+    /// Whether the file has `count` bytes from byte `at` on.
+    pub(super) fn holds(&self, at: u64, count: u64) -> bool {
+        at.checked_add(count).is_some_and(|end| end <= self.length)
+    }
+
+    /// An [`Error::Format`] about this file.
+    pub(super) fn fault(&self, what: impl Into<String>) -> Error {
+        Error::format(&self.path, what)
+    }
+}
+
 /// A handle on a file, and the part of it that was read last.
 pub(super) struct Bytes<'a> {
-    pub(super) places: &'a Places,
+    pub(super) places: &'a OnDisk,
     pub(super) endian: Endian,
     file: File,
     start: u64,
@@ -24,8 +64,9 @@ impl<'a> Bytes<'a> {
     ///
     /// # Errors
     /// When the file cannot be opened once more.
-    pub(super) fn open(places: &'a Places, endian: Endian) -> Result<Self> {
-        Ok(Self { places, endian, file: places.open()?, start: 0, window: Vec::new() })
+    pub(super) fn open(places: &'a OnDisk, endian: Endian) -> Result<Self> {
+        let file = File::open(&places.path).map_err(|e| Error::io(&places.path, e))?;
+        Ok(Self { places, endian, file, start: 0, window: Vec::new() })
     }
 
     /// The part of the window that holds `count` bytes from byte `at` of the file on.

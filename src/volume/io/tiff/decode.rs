@@ -71,7 +71,7 @@ impl Tiff {
             return Err(fault(format!("{} strips or tiles, {count} are needed", page.offsets.count)));
         }
         let row = layout.row().ok_or_else(|| fault(format!("rows of {} pixels are too long", layout.chunk[0])))?;
-        let page_bytes = layout.width.saturating_mul(layout.height).saturating_mul(layout.samples * layout.size());
+        let page_bytes = layout.width.saturating_mul(layout.height).saturating_mul(layout.samples).saturating_mul(layout.size());
         if row.saturating_mul(layout.chunk[1]) > page_bytes.saturating_mul(2).max(LARGEST_TILE) {
             let [x, y] = layout.chunk;
             return Err(fault(format!("tiles of {x} x {y} pixels for an image of {} x {}", layout.width, layout.height)));
@@ -210,12 +210,18 @@ impl Tiff {
 
     /// The colours of the palette of page `index`.
     pub(super) fn palette(&self, index: usize) -> Result<Option<Palette>> {
-        let Some(entry) = self.layout(index).color_map else { return Ok(None) };
-        let numbers = entry.integers(&mut self.bytes()?)?;
-        let count = numbers.len() / 3;
-        if count != 1 << self.layout(index).bits {
-            return Err(self.fault(format!("page {index}: a palette of {count} colours for {} bits", self.layout(index).bits)));
+        let layout = self.layout(index);
+        let Some(entry) = layout.color_map else { return Ok(None) };
+        let count = 1 << layout.bits.min(16);
+        if entry.count != 3 * count as u64 {
+            return Err(self.fault(format!(
+                "page {index}: a palette of {} numbers for {} bits, not {}",
+                entry.count,
+                layout.bits,
+                3 * count
+            )));
         }
+        let numbers = entry.integers(&mut self.bytes()?)?;
         // Some writers give numbers of 8 bits where the format has 16.
         let shift = if numbers.iter().all(|&n| n < 256) { 0 } else { 8 };
         Ok(Some((0..count).map(|i| [0, 1, 2].map(|c| (numbers[c * count + i] >> shift) as u8)).collect()))

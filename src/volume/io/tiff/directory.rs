@@ -4,19 +4,19 @@
 //! type, how many values there are, and the values or their place), and the place of the next directory. In BigTIFF (version 43) places
 //! and counts have eight bytes in place of four.
 
-use super::bytes::Bytes;
+use super::bytes::{Bytes, OnDisk};
 use super::layout::{Entry, Layout, Page, Table};
 use crate::volume::io::Endian;
-use crate::volume::io::store::{Places, Store};
+use crate::volume::io::store::Store;
 use crate::{Error, Result};
 use std::collections::HashSet;
 
-/// Most pages of a file.
-const MOST_PAGES: usize = 1 << 20;
+/// Most pages of a file, and planes of an image.
+pub(super) const MOST_PAGES: usize = 1 << 20;
 
 /// A TIFF file and the pages in it.
 pub(in crate::volume::io) struct Tiff {
-    pub(super) places: Places,
+    pub(super) places: OnDisk,
     pub(super) endian: Endian,
     /// In the file's order, with those that are left out.
     pub(super) pages: Vec<Page>,
@@ -50,7 +50,7 @@ impl Tiff {
     /// # Errors
     /// When it is no TIFF file, and when a directory is damaged.
     pub(in crate::volume::io) fn open(store: Store) -> Result<Self> {
-        let places = store.places("a TIFF file")?;
+        let places = OnDisk::new(&store.places("a TIFF file")?);
         let (endian, pages, layouts, description, resolution) = {
             let mut bytes = Bytes::open(&places, Endian::Little)?;
             let (widths, first) = header(&mut bytes)?;

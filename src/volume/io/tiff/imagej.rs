@@ -4,7 +4,7 @@
 //! first page is lines of `key=value`. Pages are in the order channel, slice, frame, the first one fastest. In files over 4 GB there is one
 //! directory, and the other planes lie behind its strip, uncompressed.
 
-use super::directory::Tiff;
+use super::directory::{MOST_PAGES, Tiff};
 use super::series::{Plane, Series};
 use crate::Result;
 
@@ -63,6 +63,9 @@ pub(super) fn series(tiff: &Tiff) -> Result<Series> {
 
 /// The planes of a file of one directory that announces `images`, where they lie behind each other.
 fn behind(tiff: &Tiff, page: usize, images: usize) -> Result<Option<Vec<Plane>>> {
+    if images > MOST_PAGES {
+        return Err(tiff.fault(format!("ImageJ's images is {images}: more than {MOST_PAGES} are not supported")));
+    }
     let mut bytes = tiff.bytes()?;
     let Some((first, each)) = tiff.run(&mut bytes, page)? else { return Ok(None) };
     let Some(needed) = each.checked_mul(images as u64).filter(|&needed| tiff.places.holds(first, needed)) else {

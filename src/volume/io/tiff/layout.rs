@@ -75,6 +75,11 @@ impl Entry {
             .collect())
     }
 
+    /// The same entry with its first values alone, `most` of them.
+    fn first(self, most: u64) -> Self {
+        Self { count: self.count.min(most), ..self }
+    }
+
     /// The text, up to its first zero.
     pub(super) fn text(&self, bytes: &mut Bytes) -> Result<String> {
         if Self::width(self.kind) != Some(1) {
@@ -150,6 +155,9 @@ pub(super) struct Layout {
     pub(super) color_map: Option<Entry>,
 }
 
+/// Numbers of a pixel whose bits and formats are compared.
+const ALIKE: u64 = 64;
+
 /// Values of PhotometricInterpretation.
 const WHITE_IS_ZERO: u64 = 0;
 const BLACK_IS_ZERO: u64 = 1;
@@ -166,7 +174,7 @@ impl Layout {
         let fault = |bytes: &Bytes, what: String| bytes.places.fault(format!("page {page}: {what}"));
         let mut one = |tag: u16, otherwise: Option<u64>| -> Result<u64> {
             let value = match find(tag) {
-                Some(entry) => entry.integers(bytes)?.first().copied(),
+                Some(entry) => entry.first(1).integers(bytes)?.first().copied(),
                 None => otherwise,
             };
             value.ok_or_else(|| fault(bytes, format!("tag {tag} is missing or has no value")))
@@ -193,7 +201,7 @@ impl Layout {
             }
         }
         let alike = |bytes: &mut Bytes, entry: Option<Entry>, otherwise: u64| -> Result<u64> {
-            let all = entry.map_or(Ok(vec![otherwise]), |e| e.integers(bytes))?;
+            let all = entry.map_or(Ok(vec![otherwise]), |e| e.first(ALIKE).integers(bytes))?;
             let Some(&first) = all.first() else { return Ok(otherwise) };
             match all.iter().find(|&&n| n != first) {
                 Some(other) => Err(fault(bytes, format!("numbers of {first} and {other} (bits or formats): they must be alike"))),
@@ -203,7 +211,7 @@ impl Layout {
         let bits = alike(bytes, find(tag::BITS), 1)?;
         let format = alike(bytes, find(tag::FORMAT), 1)?;
         let extra = match find(tag::EXTRA) {
-            Some(entry) => entry.integers(bytes)?.first().copied(),
+            Some(entry) => entry.first(1).integers(bytes)?.first().copied(),
             None => None,
         };
         let layout = Self {

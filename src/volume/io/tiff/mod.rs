@@ -26,6 +26,7 @@ use super::source::{Source, Tail};
 use super::store::Store;
 use crate::volume::{Grid, Volume, VoxelType, Voxels};
 use crate::{Error, Result};
+use layout::Layout;
 use series::{Plane, Series};
 
 pub(super) const READER: Reader = Reader {
@@ -112,6 +113,12 @@ impl Choice {
         self.series.of(self.channel, self.frame)
     }
 
+    /// How the first plane is laid out.
+    fn layout(&self) -> &Layout {
+        let first = self.planes()[0];
+        file(&self.tiff, &self.series, first).layout(first.page)
+    }
+
     /// Checks that all planes are alike and within the files, before anything is read.
     fn check(&self) -> Result<()> {
         let mut last = None;
@@ -127,7 +134,7 @@ impl Choice {
             }
             last = Some(layout);
         }
-        let layout = self.tiff.layout(self.planes()[0].page);
+        let layout = self.layout();
         let needed = (self.pixels.width as u128 * self.pixels.height as u128 * layout.samples as u128 * layout.bits as u128).div_ceil(8)
             * self.planes().len() as u128;
         let held = self.series.others.iter().map(|t| t.places.length()).sum::<u64>().saturating_add(self.tiff.places.length());
@@ -206,7 +213,7 @@ impl Choice {
         if left_out > 0 {
             notes.push(format!("{left_out} of {} pages are smaller versions or masks and were left out.", self.tiff.pages.len()));
         }
-        let layout = self.tiff.layout(self.planes()[0].page);
+        let layout = self.layout();
         notes.extend(layout.notes());
         if layout.color_map.is_some() && !self.expand {
             notes.push("The palette is one for display: numbers were taken as they are stored.".to_owned());

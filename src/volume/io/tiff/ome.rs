@@ -3,7 +3,7 @@
 //! Source: the OME-TIFF specification, <https://docs.openmicroscopy.org/ome-model/latest/ome-tiff/specification.html>, and the schema of
 //! OME-XML, 2016-06.
 
-use super::directory::Tiff;
+use super::directory::{MOST_PAGES, Tiff};
 use super::series::{Plane, Series};
 use crate::volume::io::folder::Folder;
 use crate::volume::io::reading::{Part, Reading, pick};
@@ -137,7 +137,14 @@ impl<'a> Image<'a> {
             [a, b, c] if order.starts_with("XY") && ['z', 'c', 't'].iter().all(|axis| [a, b, c].contains(axis)) => [a, b, c],
             _ => return Err(self.tiff.fault(format!("OME-XML: DimensionOrder is {order:?}, not XY and then Z, C and T in some order"))),
         };
-        Ok(Shape { slices, channels: channels / samples, frames, axes })
+        let shape = Shape { slices, channels: channels / samples, frames, axes };
+        match shape.count() {
+            ..=MOST_PAGES => Ok(shape),
+            count => {
+                let what = format!("OME-XML: SizeZ {slices} x SizeC {channels} x SizeT {frames} are {count} planes");
+                Err(self.tiff.fault(format!("{what}: more than {MOST_PAGES} are not supported")))
+            }
+        }
     }
 
     fn series(&self) -> Result<Series> {
@@ -162,7 +169,7 @@ impl<'a> Image<'a> {
 
     /// Where each plane is, and the files beside this one.
     fn planes(&self, shape: &Shape) -> Result<(Vec<Plane>, Vec<Tiff>)> {
-        let mut files = Files { image: self, names: BTreeMap::new(), others: Vec::new(), renamed: self.is_alone() };
+        let mut files = Files { image: self, names: BTreeMap::new(), others: Vec::new(), folder: None, renamed: self.is_alone() };
         let blocks: Vec<Node> = children(self.pixels, "TiffData").collect();
         let told = |found: usize| {
             let Shape { slices, channels, frames, .. } = shape;
@@ -209,7 +216,10 @@ impl<'a> Image<'a> {
                     let [z, c, t] = at;
                     return Err(self.tiff.fault(format!("OME-XML: there is no slice {z} of channel {c} and frame {t}")));
                 };
-                found.insert(place, Plane { file, page, raw: None });
+                if found.insert(place, Plane { file, page, raw: None }).is_some() {
+                    let [z, c, t] = at;
+                    return Err(self.tiff.fault(format!("OME-XML: slice {z} of channel {c} and frame {t} is told twice")));
+                }
                 // The next one in the image's order.
                 for axis in shape.axes {
                     let (place, size) = match axis {
@@ -289,6 +299,8 @@ struct Files<'a, 'b> {
     /// Position of each name: 0 for the file itself.
     names: BTreeMap<&'a str, usize>,
     others: Vec<Tiff>,
+    /// The folder that the file is in, once it is needed.
+    folder: Option<Folder>,
     /// Whether a name that is not there is that of the file itself.
     renamed: bool,
 }
@@ -311,8 +323,14 @@ impl<'a> Files<'a, '_> {
         if name.contains('/') {
             return Err(tiff.fault(format!("OME-XML: planes are in {name:?}, which is no name of a file beside this one")));
         }
-        let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let Some(source) = Folder::open(folder, tiff.places.limits())?.at(name)? else {
+        let folder = match &mut self.folder {
+            Some(folder) => folder,
+            none => {
+                let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+                none.insert(Folder::open(parent, tiff.places.limits())?)
+            }
+        };
+        let Some(source) = folder.at(name)? else {
             return Err(tiff.fault(format!("OME-XML: planes are in {name:?}, which is not beside this file")));
         };
         let other = Tiff::open(Store::File(source))?;
