@@ -255,6 +255,14 @@ fn alphas_greys_palettes_and_white_that_is_0_are_told() {
     let volume = read(&own.file(&indices));
     assert!(volume.scalars() == Some(&indices.voxels));
     told(&volume, "palette is one for display");
+    let dir = TempDir::new().unwrap();
+    let one = Sample::new(VoxelType::U8, [5, 4, 1]);
+    for name in ["1.tif", "2.tif"] {
+        std::fs::write(dir.path().join(name), Tiff { description: "ImageJ=1.54f\n".to_owned(), ..own.clone() }.file(&one)).unwrap();
+    }
+    let volume = Volume::open(dir.path()).unwrap();
+    assert!((0..40).all(|i| volume.voxels().get(i) == one.voxels.get(i % 20)));
+    told(&volume, "palette is one for display");
     // White is 0.
     let sample = Sample::new(VoxelType::U16, [5, 4, 2]);
     let volume = read(&Tiff { photometric: 0, ..Tiff::new() }.file(&sample));
@@ -689,6 +697,9 @@ fn what_is_not_supported_is_named() {
     assert!(line.contains("stands in \"a.companion.ome\""), "{line}");
     let line = refused(&Tiff { description: "<OME ><Image></OME>".to_owned(), ..Tiff::new() }.file(&sample));
     assert!(line.contains("OME-XML: "), "{line}");
+    assert!(refused(&files::gz(&Tiff::new().file(&sample))).contains("a TIFF file inside gzip is not supported"));
+    let line = ome_of(&format!("{three} DimensionOrder=\"{}\"", "X".repeat(9000)), "");
+    assert!(line.len() < 300, "{line}");
     // Directories in a circle, lying sizes, pages unlike each other.
     let mut circle = Tiff::new().file(&sample);
     let first: [u8; 4] = circle[4..8].try_into().unwrap();

@@ -14,9 +14,10 @@
 //!
 //! Voxels alone, in a file of any name, are read where a [`RawSpec`] describes them.
 //!
-//! Each but the archive may also lie inside gzip, whatever its name. Voxels keep their type; 64-bit integers are kept in 32 bits when every
-//! value fits. No reader takes memory before the header's claim has been held against [`Limits`], the file's length, and what
-//! deflate can inflate it to; voxels are read straight into their place, so the peak is the voxels once and a small buffer.
+//! Each but the archive, TIFF and images may also lie inside gzip, whatever its name. Voxels keep their type; 64-bit integers are kept in
+//! 32 bits when every value fits. No reader takes memory before the header's claim has been held against [`Limits`], the file's length, and
+//! what deflate can inflate it to; voxels are read straight into their place, so the peak is the voxels once and a small buffer. Images and
+//! pages of TIFF files are unpacked several at a time, which takes a quarter of the voxels more at most and 32 MiB, or one slice.
 //!
 //! Large files that hold voxels as they are needed are mapped instead of read; see [`Limits::map_bytes`], also for what that asks of a
 //! file.
@@ -193,7 +194,7 @@ fn instead_of(folder: &Folder) -> String {
 /// The format of the file `path`, by its content (also inside gzip), and by its name only where the content does not tell.
 ///
 /// # Errors
-/// When the file cannot be read or is of no known format; for a folder, since there is no format of folders yet.
+/// When the file cannot be read, and when the file or folder is of no known format.
 pub fn detect(path: impl AsRef<Path>) -> Result<Format> {
     identify(&mut Store::open(path.as_ref(), &Limits::default())?)
 }

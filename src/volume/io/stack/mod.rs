@@ -71,8 +71,9 @@ impl Stack {
         let mut kinds = names.iter().filter_map(|name| Some((name, Kind::of(name)?)));
         let Some((first, kind)) = kinds.next() else { return Err(Error::format(folder.path(), "no image in it")) };
         if let Some((other, _)) = kinds.find(|(_, other)| *other != kind) {
+            let extension = first.rsplit_once('.').map_or("", |(_, extension)| extension);
             let what = format!(
-                "images of several kinds, such as {first:?} and {other:?}: give a pattern of those that are meant, such as \"*.png\""
+                "images of several kinds, such as {first:?} and {other:?}: give a pattern of those that are meant, such as \"*.{extension}\""
             );
             return Err(Error::format(folder.path(), what));
         }

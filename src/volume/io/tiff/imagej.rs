@@ -7,6 +7,7 @@
 use super::directory::{MOST_PAGES, Tiff};
 use super::series::{Plane, Series};
 use crate::Result;
+use crate::volume::io::field::shown;
 
 /// Whether a description is one of ImageJ.
 pub(super) fn is_it(description: &str) -> bool {
@@ -28,7 +29,7 @@ pub(super) fn series(tiff: &Tiff) -> Result<Series> {
         let Some(value) = value(text, key) else { return Ok(None) };
         match value.trim().parse() {
             Ok(n) if n > 0 => Ok(Some(n)),
-            _ => Err(tiff.fault(format!("ImageJ's {key} is {value:?}: it must be a whole number of at least 1"))),
+            _ => Err(tiff.fault(format!("ImageJ's {key} is {}: it must be a whole number of at least 1", shown(value)))),
         }
     };
     let (images, pages) = (count("images")?.unwrap_or(1), tiff.images());
@@ -85,7 +86,11 @@ fn calibration(tiff: &Tiff, notes: &mut Vec<String>) -> Result<Option<(f64, f64)
     }
     match (slope.trim().parse::<f64>(), intercept.trim().parse::<f64>()) {
         (Ok(slope), Ok(intercept)) if slope.is_finite() && intercept.is_finite() && slope != 0.0 => Ok(Some((slope, intercept))),
-        _ => Err(tiff.fault(format!("ImageJ's calibration is {intercept:?} + {slope:?} x: both must be finite and the second not 0"))),
+        _ => Err(tiff.fault(format!(
+            "ImageJ's calibration is {} + {} x: both must be finite and the second not 0",
+            shown(intercept),
+            shown(slope)
+        ))),
     }
 }
 

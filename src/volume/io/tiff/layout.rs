@@ -355,8 +355,8 @@ impl Layout {
         self.photometric == RGB && !matches!(self.bits, 8 | 16 | 32 | 64)
     }
 
-    /// What is to be told of how the numbers are read.
-    pub(super) fn notes(&self) -> Vec<String> {
+    /// What is to be told of how the numbers are read, where a palette is applied if `expand` says so.
+    pub(super) fn notes(&self, expand: bool) -> Vec<String> {
         let mut notes = Vec::new();
         if self.is_inverted() {
             notes.push("White is stored as 0: numbers were turned around, so that the largest is the brightest.".to_owned());
@@ -364,6 +364,9 @@ impl Layout {
         if self.is_stretched() {
             let wide = if self.bits > 8 { 16 } else { 8 };
             notes.push(format!("Colours of {} bits were stretched to {wide} bits.", self.bits));
+        }
+        if self.color_map.is_some() && !expand {
+            notes.push("The palette is one for display: numbers were taken as they are stored.".to_owned());
         }
         notes
     }

@@ -4,8 +4,11 @@
 //! reads it, <http://www.libtiff.org/bigtiff.html>. What the pages are is told by their description: see `ome.rs` and `imagej.rs`;
 //! without one each page is a slice.
 //!
-//! Directories and strips are read here and not by the crate `tiff`: it takes whole images of one page at a time, has no palettes, reads
-//! one number of a pixel where they are kept apart, and takes memory by what a directory claims.
+//! Numbers of a pixel may be kept apart, in strips or tiles of their own. A palette becomes colours. Numbers of less than 8 bits are kept as
+//! they are stored, but for colours, which are stretched.
+//!
+//! Directories are read and strips unpacked here, since the crate `tiff` reads no palettes, only the first of numbers that are kept apart,
+//! and takes memory by what a directory claims.
 
 mod bytes;
 mod codec;
@@ -40,7 +43,7 @@ pub(super) const READER: Reader = Reader {
 };
 
 /// What a file holds, and what of it is taken.
-struct Choice {
+struct Chosen {
     tiff: Tiff,
     series: Series,
     pixels: Pixels,
@@ -52,7 +55,7 @@ struct Choice {
     frame: usize,
 }
 
-impl Choice {
+impl Chosen {
     /// # Errors
     /// When there is nothing of what is chosen, and for what is not supported.
     fn new(store: Store, reading: &Reading) -> Result<Self> {
@@ -95,7 +98,7 @@ impl Choice {
     fn name(&self, channel: usize) -> String {
         let own = self.series.names.get(channel).filter(|_| self.series.names.len() == self.channels());
         match own {
-            Some(name) if !name.is_empty() => name.chars().filter(|c| !c.is_control()).take(60).collect(),
+            Some(name) if !name.is_empty() => name.clone(),
             _ if self.series.channels == 1 => self.pixels.name(channel).to_owned(),
             _ => String::new(),
         }
@@ -214,10 +217,7 @@ impl Choice {
             notes.push(format!("{left_out} of {} pages are smaller versions or masks and were left out.", self.tiff.pages.len()));
         }
         let layout = self.layout();
-        notes.extend(layout.notes());
-        if layout.color_map.is_some() && !self.expand {
-            notes.push("The palette is one for display: numbers were taken as they are stored.".to_owned());
-        }
+        notes.extend(layout.notes(self.expand));
         notes
     }
 }
@@ -246,23 +246,23 @@ fn one_page(tiff: &Tiff, index: usize, expand: bool) -> Result<Pixels> {
 }
 
 fn read(store: Store, reading: &Reading) -> Result<Volume> {
-    let choice = Choice::new(store, reading)?;
-    choice.check()?;
-    let voxels = choice.voxels(reading)?;
-    let (path, pixels) = (choice.tiff.places.path(), &choice.pixels);
-    let grid = named(path, Grid::with_spacing([pixels.width, pixels.height, choice.planes().len()], choice.series.spacing))?;
-    let mut volume = named(path, slices::volume(grid, choice.take, voxels))?;
-    if let (Some((slope, intercept)), Some(_)) = (choice.series.rescale, volume.scalars()) {
+    let chosen = Chosen::new(store, reading)?;
+    chosen.check()?;
+    let voxels = chosen.voxels(reading)?;
+    let (path, pixels) = (chosen.tiff.places.path(), &chosen.pixels);
+    let grid = named(path, Grid::with_spacing([pixels.width, pixels.height, chosen.planes().len()], chosen.series.spacing))?;
+    let mut volume = named(path, slices::volume(grid, chosen.take, voxels))?;
+    if let (Some((slope, intercept)), Some(_)) = (chosen.series.rescale, volume.scalars()) {
         volume = named(path, volume.with_rescale(slope, intercept))?;
     }
-    Ok(choice.notes().into_iter().fold(volume, Volume::with_note))
+    Ok(chosen.notes().into_iter().fold(volume, Volume::with_note))
 }
 
 fn list(store: Store, reading: &Reading) -> Result<Vec<Item>> {
-    let choice = Choice::new(store, reading)?;
+    let chosen = Chosen::new(store, reading)?;
     let mut items = Vec::new();
-    if ome::is_it(&choice.tiff.description) {
-        let images = ome::images(&choice.tiff);
+    if ome::is_it(&chosen.tiff.description) {
+        let images = ome::images(&chosen.tiff);
         let taken = reading.choice.series.as_deref().unwrap_or("0");
         if images.len() > 1 {
             items.extend(
@@ -270,12 +270,12 @@ fn list(store: Store, reading: &Reading) -> Result<Vec<Item>> {
             );
         }
     }
-    if choice.channels() > 1 {
-        let one = |n: usize| Item::new(Part::Channel, n.to_string(), choice.name(n), choice.taken() == Some(n));
-        items.extend((0..choice.channels()).map(one));
+    if chosen.channels() > 1 {
+        let one = |n: usize| Item::new(Part::Channel, n.to_string(), chosen.name(n), chosen.taken() == Some(n));
+        items.extend((0..chosen.channels()).map(one));
     }
-    if choice.series.frames > 1 {
-        items.push(Item::row(Part::Frame, choice.series.frames, "moments of a sequence"));
+    if chosen.series.frames > 1 {
+        items.push(Item::row(Part::Frame, chosen.series.frames, "moments of a sequence"));
     }
     Ok(items)
 }
@@ -284,6 +284,8 @@ fn list(store: Store, reading: &Reading) -> Result<Vec<Item>> {
 pub(super) struct Single {
     tiff: Tiff,
     page: usize,
+    /// As for files of many pages.
+    expand: bool,
     pub(super) pixels: Pixels,
 }
 
@@ -296,15 +298,16 @@ impl Single {
         let &[page] = &images[..] else {
             return Err(tiff.fault(format!("{} pages: a slice of a stack has one image (give the file alone)", images.len())));
         };
-        let pixels = one_page(&tiff, page, true)?;
+        let expand = !imagej::is_it(&tiff.description);
+        let pixels = one_page(&tiff, page, expand)?;
         // Refuses at once what the file cannot hold.
         tiff.chunks(&mut tiff.bytes()?, page)?;
-        Ok(Self { tiff, page, pixels })
+        Ok(Self { tiff, page, expand, pixels })
     }
 
     /// Reads its numbers.
     pub(super) fn decode(&self, out: &mut [u8]) -> Result<()> {
-        self.tiff.page(self.page, &self.pixels, true, out)
+        self.tiff.page(self.page, &self.pixels, self.expand, out)
     }
 
     /// An error about this file.
@@ -314,7 +317,7 @@ impl Single {
 
     /// What is to be told of how its numbers are read.
     pub(super) fn notes(&self) -> Vec<String> {
-        self.tiff.layout(self.page).notes()
+        self.tiff.layout(self.page).notes(self.expand)
     }
 
     /// Whether it is one of several files that OME-XML describes.

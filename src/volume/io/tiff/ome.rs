@@ -5,6 +5,7 @@
 
 use super::directory::{MOST_PAGES, Tiff};
 use super::series::{Plane, Series};
+use crate::volume::io::field::shown;
 use crate::volume::io::folder::Folder;
 use crate::volume::io::reading::{Part, Reading, pick};
 use crate::volume::io::store::Store;
@@ -52,18 +53,20 @@ impl Shape {
 /// # Errors
 /// When the XML is damaged or tells of planes that are not there.
 pub(super) fn series(tiff: &Tiff, reading: &Reading) -> Result<Series> {
-    let document = Document::parse(&tiff.description).map_err(|e| tiff.fault(format!("OME-XML: {e}")))?;
+    let document = Document::parse(&tiff.description).map_err(|e| damaged(tiff, &e))?;
     let root = document.root_element();
     let images: Vec<Node> = children(root, "Image").collect();
     let chosen = match &reading.choice.series {
         None => None,
-        Some(n) => Some(n.parse::<usize>().map_err(|_| tiff.fault(format!("volume.series is {n:?}: OME-TIFF counts images from 0")))?),
+        Some(n) => {
+            Some(n.parse::<usize>().map_err(|_| tiff.fault(format!("volume.series is {}: OME-TIFF counts images from 0", shown(n))))?)
+        }
     };
     if images.is_empty() {
         let other = children(root, "BinaryOnly").next().and_then(|n| n.attribute("MetadataFile"));
         return Err(tiff.fault(match other {
             Some(name) => {
-                format!("OME-XML: what the pages are stands in {name:?}: such files are not supported, save them as one OME-TIFF")
+                format!("OME-XML: what the pages are stands in {}: such files are not supported, save them as one OME-TIFF", shown(name))
             }
             None => "OME-XML: no image in it".to_owned(),
         }));
@@ -73,16 +76,27 @@ pub(super) fn series(tiff: &Tiff, reading: &Reading) -> Result<Series> {
     let image = Image { tiff, pixels, uuid: root.attribute("UUID") };
     let mut series = image.series()?;
     if images.len() > 1 {
-        let name = images[index].attribute("Name").unwrap_or_default();
-        series.notes.push(format!("Image {index} ({name:?}) of {} in the file was taken: volume.series chooses another.", images.len()));
+        let name = name_of(images[index]);
+        series.notes.push(format!("Image {index} ({name}) of {} in the file was taken: volume.series chooses another.", images.len()));
     }
     Ok(series)
+}
+
+/// XML that cannot be parsed. The message may quote it.
+fn damaged(tiff: &Tiff, error: &roxmltree::Error) -> Error {
+    let what: String = error.to_string().chars().filter(|c| !c.is_control()).take(120).collect();
+    tiff.fault(format!("OME-XML: {what}"))
 }
 
 /// Names of the images in the XML, where there are several.
 pub(super) fn images(tiff: &Tiff) -> Vec<String> {
     let Ok(document) = Document::parse(&tiff.description) else { return Vec::new() };
-    children(document.root_element(), "Image").map(|image| image.attribute("Name").unwrap_or_default().to_owned()).collect()
+    children(document.root_element(), "Image").map(name_of).collect()
+}
+
+/// The name of an image or a channel; the start of a long one.
+fn name_of(node: Node) -> String {
+    node.attribute("Name").unwrap_or_default().chars().filter(|c| !c.is_control()).take(60).collect()
 }
 
 /// How many files the XML names.
@@ -104,7 +118,7 @@ impl<'a> Image<'a> {
             None => Ok(None),
             Some(text) => match text.trim().parse() {
                 Ok(n) => Ok(Some(n)),
-                Err(_) => Err(self.tiff.fault(format!("OME-XML: {name} is {text:?}, not a number of at least 0"))),
+                Err(_) => Err(self.tiff.fault(format!("OME-XML: {name} is {}, not a number of at least 0", shown(text)))),
             },
         }
     }
@@ -135,7 +149,11 @@ impl<'a> Image<'a> {
         let axes: Vec<char> = order.to_ascii_lowercase().chars().skip(2).collect();
         let axes = match axes[..] {
             [a, b, c] if order.starts_with("XY") && ['z', 'c', 't'].iter().all(|axis| [a, b, c].contains(axis)) => [a, b, c],
-            _ => return Err(self.tiff.fault(format!("OME-XML: DimensionOrder is {order:?}, not XY and then Z, C and T in some order"))),
+            _ => {
+                return Err(self
+                    .tiff
+                    .fault(format!("OME-XML: DimensionOrder is {}, not XY and then Z, C and T in some order", shown(order))));
+            }
         };
         let shape = Shape { slices, channels: channels / samples, frames, axes };
         match shape.count() {
@@ -160,7 +178,7 @@ impl<'a> Image<'a> {
                 return Err(holder.fault(format!("OME-XML: an image of {width} x {height} pixels, page {page} has {w} x {h}")));
             }
         }
-        let names = children(self.pixels, "Channel").map(|c| c.attribute("Name").unwrap_or_default().to_owned()).collect();
+        let names = children(self.pixels, "Channel").map(name_of).collect();
         let mut notes = Vec::new();
         let spacing = self.spacing(&mut notes)?;
         let Shape { slices, channels, frames, .. } = shape;
@@ -257,14 +275,14 @@ impl<'a> Image<'a> {
             let Some(text) = self.pixels.attribute(name.as_str()) else { continue };
             let value: f64 = text.trim().parse().unwrap_or(f64::NAN);
             if !(value.is_finite() && value > 0.0) {
-                return Err(self.tiff.fault(format!("OME-XML: {name} is {text:?}: it must be above 0")));
+                return Err(self.tiff.fault(format!("OME-XML: {name} is {}: it must be above 0", shown(text))));
             }
             let own = self.pixels.attribute(unit_name.as_str()).unwrap_or("\u{b5}m");
             let first = *unit.get_or_insert(own);
             *size = match (metres(own), metres(first)) {
                 _ if own == first => value,
                 (Some(a), Some(b)) => value * (a / b),
-                _ => return Err(self.tiff.fault(format!("OME-XML: voxel sizes in {first:?} and in {own:?}"))),
+                _ => return Err(self.tiff.fault(format!("OME-XML: voxel sizes in {} and in {}", shown(first), shown(own)))),
             };
         }
         if let Some(unit) = unit {
@@ -321,7 +339,7 @@ impl<'a> Files<'a, '_> {
             return Ok(known);
         }
         if name.contains('/') {
-            return Err(tiff.fault(format!("OME-XML: planes are in {name:?}, which is no name of a file beside this one")));
+            return Err(tiff.fault(format!("OME-XML: planes are in {}, which is no name of a file beside this one", shown(name))));
         }
         let folder = match &mut self.folder {
             Some(folder) => folder,
@@ -331,7 +349,7 @@ impl<'a> Files<'a, '_> {
             }
         };
         let Some(source) = folder.at(name)? else {
-            return Err(tiff.fault(format!("OME-XML: planes are in {name:?}, which is not beside this file")));
+            return Err(tiff.fault(format!("OME-XML: planes are in {}, which is not beside this file", shown(name))));
         };
         let other = Tiff::open(Store::File(source))?;
         self.others.push(other);
