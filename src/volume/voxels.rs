@@ -274,6 +274,12 @@ impl Voxels {
         with_voxels!(self, v => bytemuck::cast_slice_mut(v))
     }
 
+    /// The memory itself.
+    #[cfg(feature = "stacks")]
+    pub(crate) fn bytes_of(&self) -> &[u8] {
+        with_voxels!(self, v => bytemuck::cast_slice(v))
+    }
+
     /// Turns every number's bytes around, for files of the other byte order.
     pub fn swap_bytes(&mut self) {
         with_voxels!(self, v => for x in v.iter_mut() { *x = x.swap_bytes(); });

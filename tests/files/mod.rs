@@ -5,6 +5,7 @@
 
 #[cfg(feature = "dicom")]
 pub(crate) mod dicom;
+pub(crate) mod tiff;
 
 use flate2::Compression;
 use flate2::write::{DeflateEncoder, GzEncoder, ZlibEncoder};

@@ -11,13 +11,16 @@
 //! | MRC/CCP4 | `.mrc`, `.map`, `.ccp4`, `.rec`, `.st` | i8, u8, i16, u16, f16, f32 and complex f32; both byte orders; skewed cells, any order of axes; stacks of volumes |
 //! | NumPy | `.npy` | (z, y, x), (frame, z, y, x) or bytes of (z, y, x, colour); C and Fortran order, both byte orders |
 //! | NumPy archive | `.npz` | its first array of three dimensions, stored or deflated |
+//! | TIFF | `.tif`, `.tiff`, `.btf`, `.tf8` | many pages, BigTIFF, OME-TIFF, ImageJ; integers and floats; strips and tiles; LZW, deflate and PackBits |
+//! | image stack |  | a folder or a pattern of PNG, TIFF, JPEG, BMP or PNM images, one a slice, of 8 and 16 bits; float TIFF; greys and colours |
 //! | VolVis | `.dat` | three dimensions, then little-endian u16 voxels; known by its exact length |
 //!
 //! Voxels alone, in a file of any name, are read where a [`RawSpec`] describes them.
 //!
-//! Each but the archives may also lie inside gzip, whatever its name. Voxels keep their type; 64-bit integers are kept in 32 bits when every
-//! value fits. No reader takes memory before the header's claim has been held against [`Limits`], the file's length, and what
-//! deflate can inflate it to; voxels are read straight into their place, so the peak is the voxels once and a small buffer.
+//! Each but archives, TIFF and images may also lie inside gzip, whatever its name. Voxels keep their type; 64-bit integers are kept in
+//! 32 bits when every value fits. No reader takes memory before the header's claim has been held against [`Limits`], the file's length, and
+//! what deflate can inflate it to; voxels are read straight into their place, so the peak is the voxels once and a small buffer. Images and
+//! pages of TIFF files are unpacked several at a time, which takes a quarter of the voxels more at most and 32 MiB, or one slice.
 //!
 //! Large files that hold voxels as they are needed are mapped instead of read; see [`Limits::map_bytes`], also for what that asks of a
 //! file.
@@ -47,10 +50,16 @@ mod raw;
 mod reader;
 mod reading;
 mod refused;
+#[cfg(feature = "stacks")]
+mod slices;
 mod source;
 mod spread;
+#[cfg(feature = "stacks")]
+mod stack;
 mod store;
 mod stored;
+#[cfg(feature = "stacks")]
+mod tiff;
 #[cfg(feature = "dicom")]
 mod tree;
 mod vti;
@@ -111,6 +120,10 @@ formats! {
     Mrc in mrc,
     Npy in npy,
     Npz in npz,
+    #[cfg(feature = "stacks")]
+    Tiff in tiff,
+    #[cfg(feature = "stacks")]
+    Stack in stack,
     Dat in dat,
 }
 

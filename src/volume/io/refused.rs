@@ -34,7 +34,13 @@ pub(super) const REFUSALS: &[Refusal] = &[
         probe: |c| only(Magic, c.has(0, b"<?xml")),
         says: "an XML file: not supported (of XML, VTK's image data is read)",
     },
-    Refusal { probe: |c| only(Magic, c.has(0, b"II*\0") || c.has(0, b"MM\0*")), says: "a TIFF file: not supported" },
+    Refusal {
+        probe: |c| {
+            only(Magic, cfg!(not(feature = "stacks")) && [&b"II*\0"[..], b"MM\0*", b"II+\0", b"MM\0+"].iter().any(|magic| c.has(0, magic)))
+        },
+        says: "a TIFF file: not supported by this build, which lacks the feature \"stacks\"",
+    },
+    Refusal { probe: |c| only(Magic, is_image(c)), says: ONE_IMAGE },
     Refusal { probe: |c| only(Magic, c.has(0, b"\x89HDF")), says: "an HDF5 file: not supported" },
     #[cfg(not(feature = "dicom"))]
     Refusal {
@@ -49,6 +55,21 @@ pub(super) const REFUSALS: &[Refusal] = &[
 
 fn only(certainty: Certainty, holds: bool) -> Certainty {
     if holds { certainty } else { No }
+}
+
+/// What is said of an image that is a file by itself.
+const ONE_IMAGE: &str = if cfg!(feature = "stacks") {
+    "one image, not a volume: give the folder that its slices are in"
+} else {
+    "an image: stacks of images are not supported by this build, which lacks the feature \"stacks\""
+};
+
+/// Whether a file is a PNG, JPEG, BMP or PNM image.
+fn is_image(clues: &Clues) -> bool {
+    // A BMP file says how long its second header is.
+    let is_bmp = clues.has(0, b"BM") && clues.head.get(15..18) == Some(&[0; 3]);
+    let is_pnm = matches!(clues.head, [b'P', b'1'..=b'6', b' ' | b'\t' | b'\r' | b'\n', ..]);
+    is_bmp || is_pnm || clues.has(0, b"\x89PNG\r\n\x1a\n") || clues.has(0, b"\xff\xd8\xff")
 }
 
 fn is_tar(clues: &Clues) -> bool {
