@@ -9,7 +9,7 @@ const IN_TAR: usize = 512;
 const DICOM: usize = 128;
 
 /// Of two that are as sure the first one is told.
-pub(super) const REFUSALS: [Refusal; 9] = [
+pub(super) const REFUSALS: &[Refusal] = &[
     Refusal {
         probe: |c| {
             // Without the usual preamble a DICOM file begins with an element of group 8.
@@ -40,9 +40,10 @@ pub(super) const REFUSALS: [Refusal; 9] = [
         probe: |c| only(Magic, c.has_entry("DICOMDIR")),
         says: "is a directory of DICOM files: not supported, convert the series to NRRD or NIfTI and give that file",
     },
+    #[cfg(not(feature = "zarr"))]
     Refusal {
         probe: |c| only(Magic, [".zgroup", ".zarray", "zarr.json"].iter().any(|name| c.has_entry(name))),
-        says: "is a directory of Zarr arrays: not supported, save one array as .npy or NRRD and give that file",
+        says: "is a directory of Zarr arrays: this build reads none, it was built without the feature zarr",
     },
 ];
 
