@@ -8,6 +8,10 @@ const IN_TAR: usize = 512;
 /// Where a DICOM file has its magic.
 const DICOM: usize = 128;
 
+/// Files that tell a folder of Zarr.
+#[cfg(not(feature = "zarr"))]
+const ZARR: [&str; 3] = ["zarr.json", ".zarray", ".zgroup"];
+
 /// Of two that are as sure the first one is told.
 pub(super) const REFUSALS: &[Refusal] = &[
     Refusal {
@@ -42,8 +46,13 @@ pub(super) const REFUSALS: &[Refusal] = &[
     },
     #[cfg(not(feature = "zarr"))]
     Refusal {
-        probe: |c| only(Magic, [".zgroup", ".zarray", "zarr.json"].iter().any(|name| c.has_entry(name))),
-        says: "is a directory of Zarr arrays: this build reads none, it was built without the feature zarr",
+        probe: |c| only(Magic, ZARR.iter().any(|name| c.has_entry(name))),
+        says: "is a directory of Zarr arrays: this build has no feature zarr, which reads them; else save one array as .npy or NRRD",
+    },
+    #[cfg(not(feature = "zarr"))]
+    Refusal {
+        probe: |c| only(Magic, c.has(0, b"{") && ZARR.iter().any(|name| c.path.file_name() == Some(name.as_ref()))),
+        says: "metadata of Zarr: this build has no feature zarr, which reads it",
     },
 ];
 

@@ -1,7 +1,7 @@
 //! Which image or array of a hierarchy is meant, and which of its levels.
 
 use super::axes::shown;
-use super::multiscale;
+use super::multiscale::{self, Multiscale};
 use super::node::{self, Node, join};
 use crate::volume::io::folder::Folder;
 use crate::{Error, Result};
@@ -81,11 +81,39 @@ fn see(node: Node, found: &mut Vec<Candidate>, fault: &mut Option<Error>) -> Res
     Ok(false)
 }
 
-/// The node that is meant, and a note where there were several.
+/// What is meant.
+pub(super) struct Chosen {
+    /// An image or an array.
+    pub(super) node: Node,
+    /// The level of the image, where its array was chosen by name.
+    pub(super) level: Option<usize>,
+    /// A sentence where there were several to choose from.
+    pub(super) note: Option<String>,
+}
+
+impl Chosen {
+    fn new(node: Node) -> Self {
+        Self { node, level: None, note: None }
+    }
+
+    /// The array `node`, as a level of the image that it belongs to, if it does.
+    fn array(folder: &Folder, node: Node) -> Result<Self> {
+        let (group, name) = node.way.rsplit_once('/').unwrap_or(("", &node.way));
+        if let Some(group) = Node::open(folder, group)?.filter(|_| !node.way.is_empty()) {
+            let level = Multiscale::of(&group)?.and_then(|image| image.levels.iter().position(|level| level.path == name));
+            if level.is_some() {
+                return Ok(Self { node: group, level, note: None });
+            }
+        }
+        Ok(Self::new(node))
+    }
+}
+
+/// The image or array that is meant.
 ///
 /// # Errors
 /// When there is none.
-pub(super) fn node(folder: &Folder, chosen: Option<&str>) -> Result<(Node, Option<String>)> {
+pub(super) fn node(folder: &Folder, chosen: Option<&str>) -> Result<Chosen> {
     let Some(root) = Node::open(folder, "")? else {
         return Err(Error::format(folder.path(), format!("none of {} is in it", node::FILES.join(", "))));
     };
@@ -93,7 +121,8 @@ pub(super) fn node(folder: &Folder, chosen: Option<&str>) -> Result<(Node, Optio
         let way = name.trim_matches('/');
         let found = if matches!(way, "" | ".") { Some(root) } else { Node::open(folder, way)? };
         return match found {
-            Some(node) if node.array.is_some() || multiscale::is_image(&node) => Ok((node, None)),
+            Some(node) if node.array.is_some() => Chosen::array(folder, node),
+            Some(node) if multiscale::is_image(&node) => Ok(Chosen::new(node)),
             other => {
                 let what = if other.is_some() { "a group, neither an image nor an array" } else { "not there" };
                 Err(Error::format(folder.path(), format!("volume.array is {name:?}: {what}; {}", names(folder)?)))
@@ -101,7 +130,7 @@ pub(super) fn node(folder: &Folder, chosen: Option<&str>) -> Result<(Node, Optio
         };
     }
     if root.array.is_some() || multiscale::is_image(&root) {
-        return Ok((root, None));
+        return Ok(Chosen::new(root));
     }
     let candidates = candidates(folder, &root)?;
     let Some(first) = candidates.first() else {
@@ -110,7 +139,8 @@ pub(super) fn node(folder: &Folder, chosen: Option<&str>) -> Result<(Node, Optio
     let note =
         (candidates.len() > 1).then(|| format!("Of {} images and arrays in the group {:?} is read.", candidates.len(), first.name()));
     let node = Node::open(folder, &first.way)?;
-    node.map(|node| (node, note)).ok_or_else(|| Error::format(folder.path(), format!("{:?} is not there any more", first.name())))
+    node.map(|node| Chosen { note, ..Chosen::new(node) })
+        .ok_or_else(|| Error::format(folder.path(), format!("{:?} is not there any more", first.name())))
 }
 
 /// Some names that may be chosen.

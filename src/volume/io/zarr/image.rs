@@ -2,7 +2,7 @@
 
 use super::array::Array;
 use super::axes::{Axes, Axis, Role, shown};
-use super::choice::{self, Detail};
+use super::choice::{self, Chosen, Detail};
 use super::chunks::Wanted;
 use super::fetch;
 use super::multiscale::Multiscale;
@@ -51,27 +51,33 @@ pub(super) struct Image {
 }
 
 impl Image {
-    /// What `node` holds, as far as it is chosen.
+    /// What `chosen` holds, as far as more is chosen.
     ///
     /// # Errors
     /// When its metadata are not as they should be, or it has nothing of what is chosen.
-    pub(super) fn open(folder: &Folder, node: &Node, reading: &Reading) -> Result<Self> {
+    pub(super) fn open(folder: &Folder, chosen: Chosen, reading: &Reading) -> Result<Self> {
+        let node = &chosen.node;
         let multiscale = Multiscale::of(node)?;
         let levels: Vec<Result<Level>> = match &multiscale {
             Some(multiscale) => multiscale.levels.iter().map(|level| open_level(folder, node, &level.path, multiscale)).collect(),
             None => vec![open_array(folder, node)],
         };
         let mut image = Self { notes: Vec::new(), multiscale, levels, level: 0, frame: 0, channel: 0 };
-        image.level = match reading.choice.level {
-            Some(_) => pick(&node.path, Part::Level, reading.choice.level, image.levels.len())?,
-            None => choice::level(&image.details(), reading.pixels, reading.limits.voxel_bytes).unwrap_or(0),
+        image.level = match (chosen.level, reading.choice.level) {
+            (Some(level), None) => level,
+            (Some(level), Some(other)) if level != other => {
+                let what = format!("volume.level is {other}: the array that is chosen is level {level}");
+                return Err(Error::format(&node.path, what));
+            }
+            (_, Some(_)) => pick(&node.path, Part::Level, reading.choice.level, image.levels.len())?,
+            (None, None) => choice::level(&image.details(), reading.pixels, reading.limits.voxel_bytes).unwrap_or(0),
         };
         let level = image.taken()?;
         let (array, axes) = (&level.array, &level.axes);
         let frame = pick(&array.path, Part::Frame, reading.choice.frame, axes.count(&array.shape, Role::Time))?;
         let channel = pick(&array.path, Part::Channel, reading.choice.channel, axes.count(&array.shape, Role::Channel))?;
         (image.frame, image.channel) = (frame, channel);
-        image.notes = image.told()?;
+        image.notes = chosen.note.into_iter().chain(image.told()?).collect();
         Ok(image)
     }
 

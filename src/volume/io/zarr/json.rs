@@ -65,7 +65,16 @@ impl<'a> Json<'a> {
     /// An error about this value.
     pub(super) fn fault(&self, what: impl std::fmt::Display) -> Error {
         let key = if self.key.is_empty() { "the metadata" } else { &self.key };
-        Error::format(self.path, format!("{key} is {}: {what}", shown(&self.value.to_string()).trim_matches('"')))
+        let value = match self.value {
+            Value::String(text) => shown(text),
+            // JSON that is written anew has no line ends.
+            other => {
+                let all = other.to_string();
+                let start: String = all.chars().take(60).collect();
+                if start.len() < all.len() { start + "..." } else { all }
+            }
+        };
+        Error::format(self.path, format!("{key} is {value}: {what}"))
     }
 
     fn inner(&self, key: &str) -> String {

@@ -70,24 +70,19 @@ fn folder(store: Store) -> Result<Folder> {
 
 fn read(store: Store, reading: &Reading) -> Result<Volume> {
     let folder = folder(store)?;
-    let (node, note) = choice::node(&folder, reading.choice.array.as_deref())?;
-    let mut image = Image::open(&folder, &node, reading)?;
-    if let Some(note) = note {
-        image.notes.insert(0, note);
-    }
-    image.read(&folder, reading)
+    Image::open(&folder, choice::node(&folder, reading.choice.array.as_deref())?, reading)?.read(&folder, reading)
 }
 
 fn list(store: Store, reading: &Reading) -> Result<Vec<Item>> {
     let folder = folder(store)?;
-    let (node, _) = choice::node(&folder, reading.choice.array.as_deref())?;
+    let chosen = choice::node(&folder, reading.choice.array.as_deref())?;
     let mut items = Vec::new();
     if let Some(root) = Node::open(&folder, "")?.filter(|root| root.array.is_none()) {
         let candidates = choice::candidates(&folder, &root)?;
         if candidates.len() > 1 {
-            items.extend(candidates.iter().map(|c| Item::new(Part::Array, c.name(), c.about.clone(), c.way == node.way)));
+            items.extend(candidates.iter().map(|c| Item::new(Part::Array, c.name(), c.about.clone(), c.way == chosen.node.way)));
         }
     }
-    items.extend(Image::open(&folder, &node, reading)?.items());
+    items.extend(Image::open(&folder, chosen, reading)?.items());
     Ok(items)
 }
