@@ -43,7 +43,9 @@ fn check(zarr: &Zarr, sample: &Sample) {
     let dir = TempDir::new().unwrap();
     let path = dir.path().join("a.zarr");
     zarr.write(sample, &path);
-    let volume = io::read(&path, &Limits::default()).unwrap_or_else(|e| panic!("{zarr:?}: {e}"));
+    let volume = io::read(&path, &Limits::default());
+    assert!(volume.is_ok(), "{zarr:?}: {volume:?}");
+    let volume = volume.unwrap();
     assert_eq!(volume.grid().dims(), sample.dims, "{zarr:?}");
     assert!(*volume.voxels() == sample.voxels, "{zarr:?}: other voxels");
     assert!(!volume.notes().iter().any(|n| n.contains("not stored")), "{:?}", volume.notes());
@@ -539,7 +541,7 @@ fn damaged_chunks_are_named() {
     let checked = Zarr { checked: true, ..Zarr::new(3, [5, 17, 10]) };
     check(&checked, &|b| b[3] ^= 1, "crc32c: the checksum is");
     let shard = Zarr { shard: Some([3, 1, 1]), packed: Packed::Gzip, ..Zarr::new(3, [5, 17, 10]) };
-    check(&shard, &|b| drop(b.pop()), "the list of chunks: the checksum is");
+    check(&shard, &|b| b.truncate(b.len() - 1), "the list of chunks: the checksum is");
     check(&shard, &|b| b.truncate(40), "a list of 3 chunks takes 52 bytes, the shard has 40");
     check(&shard, &|b| b[1] = 0, "the chunk from byte 0 on: gzip: damaged");
     let unchecked = |b: &mut Vec<u8>| {

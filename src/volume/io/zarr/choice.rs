@@ -185,7 +185,7 @@ pub(super) fn level(details: &[Option<Detail>], pixels: Option<u32>, limit: u64)
     };
     let known = |i: &usize| details[*i].is_some();
     let first = (0..details.len()).find(known)?;
-    let best = (first..details.len()).filter(|&i| details[i].as_ref().is_some_and(fine_enough)).next_back().unwrap_or(first);
+    let best = (first..details.len()).rfind(|&i| details[i].as_ref().is_some_and(fine_enough)).unwrap_or(first);
     let fits = |i: &usize| details[*i].as_ref().is_some_and(|d| d.bytes <= u128::from(limit));
     Some((best..details.len()).find(fits).unwrap_or(best))
 }

@@ -67,7 +67,8 @@ pub(super) fn voxels(folder: &Folder, wanted: &Wanted, reading: &Reading) -> Res
     if missing > 0 {
         check_fill(array)?;
         if let Some(pattern) = &pattern {
-            voxels.as_bytes_mut().par_chunks_mut(pattern.len()).with_min_len(1 << 16).for_each(|voxel| voxel.copy_from_slice(pattern));
+            let tile = pattern.repeat(1 << 13);
+            voxels.as_bytes_mut().par_chunks_mut(tile.len()).for_each(|part| part.copy_from_slice(&tile[..part.len()]));
         }
     }
     let strides = array.strides();

@@ -170,7 +170,6 @@ mod tests {
     #[test]
     fn fill_values_are_of_the_type() {
         let found = |stored: Stored, value: Value| {
-            let value = value;
             Fill::new(stored, Some(&Json::new(Path::new("a"), &value))).ok().map(|f| f.voxel.map(|v| v.get(0)))
         };
         use VoxelType::{F32, F64, I16, U8};
