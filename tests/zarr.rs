@@ -124,6 +124,37 @@ fn every_kind_of_blosc_frame() {
     }
 }
 
+/// Chunks that another program encoded: name of the compressor, and bytes.
+fn chunks_of_numcodecs() -> Vec<(&'static str, Vec<u8>)> {
+    let lines = include_str!("files/zarr_chunks.txt").lines().filter(|line| !line.starts_with('#'));
+    let byte = |hex: &[u8]| u8::from_str_radix(std::str::from_utf8(hex).unwrap(), 16).unwrap();
+    lines.map(|line| line.split_once(' ').unwrap()).map(|(id, hex)| (id, hex.as_bytes().chunks(2).map(byte).collect())).collect()
+}
+
+/// Writes an array of such a chunk into the folder `dir`.
+fn put_chunk(dir: &Path, id: &str, bytes: &[u8]) {
+    put(
+        dir,
+        ".zarray",
+        zarray(&[8, 12, 16], &[8, 12, 16], "<i2", "0").replace("\"compressor\": null", &format!("\"compressor\": {{\"id\": \"{id}\"}}")),
+    );
+    put(dir, "0.0.0", bytes);
+}
+
+#[test]
+fn chunks_of_another_program() {
+    let chunks = chunks_of_numcodecs();
+    assert_eq!(chunks.len(), 9);
+    for (id, bytes) in chunks {
+        let dir = TempDir::new().unwrap();
+        put_chunk(dir.path(), id, &bytes);
+        let volume = Volume::open(dir.path()).unwrap();
+        for (x, y, z) in (0..16).flat_map(|x| (0..12).flat_map(move |y| (0..8).map(move |z| (x, y, z)))) {
+            assert_eq!(volume.value([x, y, z]), (x * (y / 4) + z / 2 * 16) as f64, "{id} {x} {y} {z}");
+        }
+    }
+}
+
 #[test]
 fn shards_with_their_list_at_either_end() {
     let sample = compressible(VoxelType::I16);
@@ -191,6 +222,18 @@ fn chunks_that_are_not_stored_have_the_fill_value() {
     put(dir.path(), "1.0.0", vec![0; 2 * 5 * 4 * 8]);
     let volume = Volume::open(dir.path()).unwrap();
     assert!(volume.value([0, 0, 0]).is_nan() && volume.value([0, 0, 2]) == 0.0);
+    // Where one file alone may be there, it is asked for by its name.
+    let metadata =
+        Zarr::new(3, [2, 5, 4]).metadata(&Sample::new(VoxelType::U8, [4, 5, 2])).replace("\"fill_value\": 0", "\"fill_value\": 9");
+    let one = dir.path().join("one");
+    put(&one, "zarr.json", metadata);
+    let volume = Volume::open(&one).unwrap();
+    assert!((0..40).all(|i| volume.voxels().get(i) == 9.0));
+    assert!(
+        volume.notes().iter().any(|n| n == "1 of 1 chunks are not stored: their voxels have the fill value 9."),
+        "{:?}",
+        volume.notes()
+    );
     // A value that voxels cannot have matters where a chunk is missing alone.
     put(dir.path(), ".zarray", zarray(&[2, 5, 4], &[2, 5, 4], "<i8", &i64::MIN.to_string()));
     assert!(told(dir.path(), &Reading::new()).contains("fill_value is -9223372036854775808 (i64)"));
@@ -604,15 +647,17 @@ fn damaged_folders_never_panic_or_dawdle() {
     let path = dir.path().join("damaged");
     let mut random = Random(42);
     let (mut read, mut refused) = (0, 0);
-    for seed in 0..=seeds.len() {
-        if seed < seeds.len() {
-            seeds[seed].write(&sample, &path)
-        } else {
-            drop(image(&path, 2))
-        }
+    let mut writers: Vec<Box<dyn Fn()>> = vec![Box::new(|| drop(image(&path, 2)))];
+    writers.extend(seeds.iter().map(|seed| Box::new(|| seed.write(&sample, &path)) as Box<dyn Fn()>));
+    for (id, bytes) in chunks_of_numcodecs() {
+        let path = path.clone();
+        writers.push(Box::new(move || put_chunk(&path, id, &bytes)));
+    }
+    for write in writers {
+        write();
         let files = all_files(&path);
         let metadata: Vec<_> = files.iter().filter(|f| f.file_name().is_some_and(|n| n.to_string_lossy().contains('z'))).collect();
-        for _ in 0..120 {
+        for _ in 0..80 {
             // Half of the damage goes into the metadata.
             let file = if random.below(2) == 0 { metadata[random.below(metadata.len())] } else { &files[random.below(files.len())] };
             let good = std::fs::read(file).unwrap();
