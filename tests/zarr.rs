@@ -444,6 +444,51 @@ fn dimensions_without_names_are_taken_in_the_usual_order() {
     assert_eq!((volume.grid().dims(), volume.value([1, 2, 3]), volume.value([1, 0, 0])), ([2, 3, 4], 23.0, 12.0));
 }
 
+/// A zip file of all files of the folder `dir`, each below `prefix`.
+fn zipped(dir: &Path, prefix: &str, deflated: bool, metadata_first: bool, change: impl Fn(&mut (u32, u32, u32))) -> Vec<u8> {
+    let way = |path: &Path| format!("{prefix}{}", path.strip_prefix(dir).unwrap().to_str().unwrap().replace('\\', "/"));
+    let mut entries: Vec<(String, Vec<u8>)> = all_files(dir).iter().map(|path| (way(path), std::fs::read(path).unwrap())).collect();
+    entries.sort_by_key(|(name, _)| (name.ends_with("zarray") || name.ends_with(".json")) != metadata_first);
+    let entries: Vec<(&str, Vec<u8>)> = entries.iter().map(|(name, bytes)| (name.as_str(), bytes.clone())).collect();
+    files::zip(&entries, deflated, change)
+}
+
+#[test]
+fn zip_files_are_read_as_folders() {
+    let sample = compressible(VoxelType::I16);
+    let shard = Zarr { shard: Some([2, 1, 2]), packed: Packed::Gzip, ..Zarr::new(3, [3, 17, 5]) };
+    for zarr in [Zarr::new(2, [5, 9, 10]), Zarr { separator: '/', ..Zarr::new(2, [5, 9, 10]) }, shard] {
+        let dir = TempDir::new().unwrap();
+        zarr.write(&sample, &dir.path().join("a"));
+        for (prefix, deflated, metadata_first, name) in
+            [("", false, true, "b"), ("a.zarr/", true, true, "b.zip"), ("", true, false, "b.zarr.zip")]
+        {
+            let bytes = zipped(&dir.path().join("a"), prefix, deflated, metadata_first, |_| {});
+            put(dir.path(), name, bytes);
+            let path = dir.path().join(name);
+            assert_eq!(io::detect(&path).unwrap(), Format::Zarr);
+            let volume = Volume::open(&path);
+            assert!(volume.is_ok(), "{zarr:?} {name}: {volume:?}");
+            assert!(*volume.unwrap().voxels() == sample.voxels, "{zarr:?} {name}");
+        }
+    }
+    let dir = TempDir::new().unwrap();
+    image(&dir.path().join("a"), 3);
+    put(dir.path(), "b.ozx", zipped(&dir.path().join("a"), "", true, true, |_| {}));
+    let path = dir.path().join("b.ozx");
+    let choice = choice(Choice::new().level(1).channel(2));
+    let (folder, zip) = (io::read_as(dir.path().join("a"), &choice).unwrap(), io::read_as(&path, &choice).unwrap());
+    assert!(folder.voxels() == zip.voxels() && folder.grid() == zip.grid() && folder.notes() == zip.notes());
+    assert_eq!(io::list(dir.path().join("a"), &choice).unwrap(), io::list(&path, &choice).unwrap());
+    // A chunk whose checksum is another one.
+    put(dir.path(), "b.ozx", zipped(&dir.path().join("a"), "", true, true, |(_, length, sum)| *sum ^= u32::from(*length == 2048)));
+    let line = told(&path, &Reading::new());
+    assert!(line.contains("b.ozx: ") && line.contains("the zip entry's checksum does not match"), "{line}");
+    put(dir.path(), "c.zarr.zip", files::zip(&[("a", vec![1])], false, |_| {}));
+    let line = told(&dir.path().join("c.zarr.zip"), &Reading::new());
+    assert!(line.ends_with("c.zarr.zip: none of zarr.json, .zarray, .zgroup, .zattrs is in it"), "{line}");
+}
+
 /// Counts steps, and stops after so many.
 struct Stop {
     after: u64,

@@ -8,7 +8,7 @@
 //! | VTK legacy | `.vtk` | structured points, binary and ascii, scalars of points or cells |
 //! | NumPy | `.npy` | three dimensions (z, y, x), C and Fortran order, both byte orders |
 //! | NumPy archive | `.npz` | its first array of three dimensions, stored or deflated |
-//! | Zarr | `.zarr` | folders of versions 2 and 3, OME-Zarr 0.1 to 0.5; a level, frame, channel; gzip, zlib, bz2, LZ4, Zstandard, Blosc; shards |
+//! | Zarr | `.zarr`, `.zip`, `.ozx` | folders and zip files of versions 2 and 3, OME-Zarr 0.1 to 0.5; a level, frame, channel; gzip, zlib, bz2, LZ4, Zstandard, Blosc; shards |
 //! | VolVis | `.dat` | three dimensions, then little-endian u16 voxels; known by its exact length |
 //!
 //! Voxels alone, in a file of any name, are read where a [`RawSpec`] describes them.
@@ -91,9 +91,10 @@ formats! {
     MetaImage in metaimage,
     Vtk in vtk,
     Npy in npy,
-    Npz in npz,
+    // A zip file of Zarr is told from one of arrays by its first file.
     #[cfg(feature = "zarr")]
     Zarr in zarr,
+    Npz in npz,
     Dat in dat,
 }
 

@@ -33,8 +33,8 @@ const END: usize = 22;
 const LOCATOR: usize = 20;
 
 /// One file in the archive.
-struct Entry {
-    name: String,
+pub(super) struct Entry {
+    pub(super) name: String,
     /// 0 stored, 8 deflated.
     method: u16,
     encrypted: bool,
@@ -46,9 +46,14 @@ struct Entry {
 }
 
 /// Reads what the directory of the archive and its entries need.
-struct Archive(Places);
+pub(super) struct Archive(Places);
 
 impl Archive {
+    /// A zip file is read from its end.
+    pub(super) fn open(store: Store) -> Result<Self> {
+        store.places("a zip archive").map(Self)
+    }
+
     /// Place and size of the directory.
     fn directory(&self) -> Result<(u64, u64)> {
         // The end record is the last thing but for a comment of up to 65535 bytes.
@@ -72,7 +77,8 @@ impl Archive {
         Ok((at, size))
     }
 
-    fn entries(&self) -> Result<Vec<Entry>> {
+    /// What is in it.
+    pub(super) fn entries(&self) -> Result<Vec<Entry>> {
         let (at, size) = self.directory()?;
         let directory = self.0.bytes(at, size, "the zip archive's directory")?;
         let mut rest = &directory[..];
@@ -102,7 +108,7 @@ impl Archive {
     }
 
     /// The entry's bytes, inflated and checked.
-    fn open(&self, entry: &Entry) -> Result<Source> {
+    pub(super) fn unpack(&self, entry: &Entry) -> Result<Source> {
         let name = &entry.name;
         if entry.encrypted {
             return Err(self.0.fault(format!("{name:?} is encrypted: not supported")));
@@ -186,8 +192,7 @@ impl Read for Checked {
 }
 
 fn read(store: Store, _: &Reading) -> Result<Volume> {
-    // A zip file is read from its end.
-    let archive = Archive(store.places("a zip archive")?);
+    let archive = Archive::open(store)?;
     let path = archive.0.path();
     let entries = archive.entries()?;
     let arrays: Vec<&Entry> = entries.iter().filter(|e| e.name.ends_with(".npy")).collect();
@@ -197,7 +202,7 @@ fn read(store: Store, _: &Reading) -> Result<Volume> {
     }
     let mut seen = Vec::new();
     for entry in &arrays {
-        let mut source = archive.open(entry)?;
+        let mut source = archive.unpack(entry)?;
         let stem = entry.name.trim_end_matches(".npy");
         // An array of text or records does not stand in the way of the volume behind it.
         let header = match npy::Header::read(&mut source) {

@@ -3,7 +3,7 @@
 use super::axes::shown;
 use super::multiscale::{self, Multiscale};
 use super::node::{self, Node, join};
-use crate::volume::io::folder::Folder;
+use super::tree::Tree;
 use crate::{Error, Result};
 
 /// The group that images of labels stand in.
@@ -35,18 +35,18 @@ impl Candidate {
 
 /// All images and arrays under the group `root`, those first that are taken first; levels of images are not among them. An array that cannot
 /// be read is left out, unless there is nothing else.
-pub(super) fn candidates(folder: &Folder, root: &Node) -> Result<Vec<Candidate>> {
+pub(super) fn candidates(tree: &Tree, root: &Node) -> Result<Vec<Candidate>> {
     let mut found = Vec::new();
     let mut fault = None;
     if multiscale::is_image(root) {
         found.push(Candidate { way: String::new(), about: "image".to_owned(), rank: Rank::Image });
         // Else the levels would be walked through.
-        node::walk(folder, LABELS, &mut |node| see(node, &mut found, &mut fault))?;
+        node::walk(tree, LABELS, &mut |node| see(node, &mut found, &mut fault))?;
     } else {
-        node::walk(folder, "", &mut |node| see(node, &mut found, &mut fault))?;
+        node::walk(tree, "", &mut |node| see(node, &mut found, &mut fault))?;
         let images: Vec<String> = found.iter().filter(|c| c.rank == Rank::Image).map(|c| join(&c.way, LABELS)).collect();
         for way in images {
-            node::walk(folder, &way, &mut |node| see(node, &mut found, &mut fault))?;
+            node::walk(tree, &way, &mut |node| see(node, &mut found, &mut fault))?;
         }
     }
     found.sort_by(|a, b| (a.rank, &a.way).cmp(&(b.rank, &b.way)));
@@ -97,9 +97,9 @@ impl Chosen {
     }
 
     /// The array `node`, as a level of the image that it belongs to, if it does.
-    fn array(folder: &Folder, node: Node) -> Result<Self> {
+    fn array(tree: &Tree, node: Node) -> Result<Self> {
         let (group, name) = node.way.rsplit_once('/').unwrap_or(("", &node.way));
-        if let Some(group) = Node::open(folder, group)?.filter(|_| !node.way.is_empty()) {
+        if let Some(group) = Node::open(tree, group)?.filter(|_| !node.way.is_empty()) {
             let level = Multiscale::of(&group)?.and_then(|image| image.levels.iter().position(|level| level.path == name));
             if level.is_some() {
                 return Ok(Self { node: group, level, note: None });
@@ -113,40 +113,40 @@ impl Chosen {
 ///
 /// # Errors
 /// When there is none.
-pub(super) fn node(folder: &Folder, chosen: Option<&str>) -> Result<Chosen> {
-    let Some(root) = Node::open(folder, "")? else {
-        return Err(Error::format(folder.path(), format!("none of {} is in it", node::FILES.join(", "))));
+pub(super) fn node(tree: &Tree, chosen: Option<&str>) -> Result<Chosen> {
+    let Some(root) = Node::open(tree, "")? else {
+        return Err(Error::format(tree.path(), format!("none of {} is in it", node::FILES.join(", "))));
     };
     if let Some(name) = chosen {
         let way = name.trim_matches('/');
-        let found = if matches!(way, "" | ".") { Some(root) } else { Node::open(folder, way)? };
+        let found = if matches!(way, "" | ".") { Some(root) } else { Node::open(tree, way)? };
         return match found {
-            Some(node) if node.array.is_some() => Chosen::array(folder, node),
+            Some(node) if node.array.is_some() => Chosen::array(tree, node),
             Some(node) if multiscale::is_image(&node) => Ok(Chosen::new(node)),
             other => {
                 let what = if other.is_some() { "a group, neither an image nor an array" } else { "not there" };
-                Err(Error::format(folder.path(), format!("volume.array is {name:?}: {what}; {}", names(folder)?)))
+                Err(Error::format(tree.path(), format!("volume.array is {name:?}: {what}; {}", names(tree)?)))
             }
         };
     }
     if root.array.is_some() || multiscale::is_image(&root) {
         return Ok(Chosen::new(root));
     }
-    let candidates = candidates(folder, &root)?;
+    let candidates = candidates(tree, &root)?;
     let Some(first) = candidates.first() else {
-        return Err(Error::format(folder.path(), "the Zarr group holds neither an image nor an array of two or more dimensions"));
+        return Err(Error::format(tree.path(), "the Zarr group holds neither an image nor an array of two or more dimensions"));
     };
     let note =
         (candidates.len() > 1).then(|| format!("Of {} images and arrays in the group {:?} is read.", candidates.len(), first.name()));
-    let node = Node::open(folder, &first.way)?;
+    let node = Node::open(tree, &first.way)?;
     node.map(|node| Chosen { note, ..Chosen::new(node) })
-        .ok_or_else(|| Error::format(folder.path(), format!("{:?} is not there any more", first.name())))
+        .ok_or_else(|| Error::format(tree.path(), format!("{:?} is not there any more", first.name())))
 }
 
 /// Some names that may be chosen.
-fn names(folder: &Folder) -> Result<String> {
-    let candidates = match Node::open(folder, "")? {
-        Some(root) if root.array.is_none() => candidates(folder, &root)?,
+fn names(tree: &Tree) -> Result<String> {
+    let candidates = match Node::open(tree, "")? {
+        Some(root) if root.array.is_none() => candidates(tree, &root)?,
         _ => Vec::new(),
     };
     let names: Vec<String> = candidates.iter().take(8).map(|c| format!("{:?}", c.name())).collect();

@@ -7,8 +7,8 @@ use super::array::Array;
 use super::axes::{Axes, Role};
 use super::node::join;
 use super::shard;
+use super::tree::Tree;
 use crate::Result;
-use crate::volume::io::folder::Folder;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -77,15 +77,15 @@ impl<'a> Wanted<'a> {
     ///
     /// # Errors
     /// When a folder cannot be listed, or a shard is damaged.
-    pub(super) fn chunks(&self, folder: &Folder) -> Result<(Vec<Chunk>, Vec<ChunkFile>)> {
+    pub(super) fn chunks(&self, tree: &Tree) -> Result<(Vec<Chunk>, Vec<ChunkFile>)> {
         let array = self.array;
         let mut files = Vec::new();
         let ranges = self.ranges(&array.file_shape);
         if array.keys.nested {
             let start = if array.keys.prefix { join(&array.way, "c") } else { array.way.clone() };
-            nested(folder, &start, &ranges, &mut Vec::new(), &mut files)?;
+            nested(tree, &start, &ranges, &mut Vec::new(), &mut files)?;
         } else {
-            flat(folder, array, &ranges, &mut files)?;
+            flat(tree, array, &ranges, &mut files)?;
         }
         let mut chunks = match array.shard {
             None => {
@@ -98,7 +98,7 @@ impl<'a> Wanted<'a> {
                     .par_iter()
                     .enumerate()
                     .map(|(number, file)| {
-                        let entries = shard::entries(folder, array, index, file, &inner)?;
+                        let entries = shard::entries(tree, array, index, file, &inner)?;
                         let chunk = |(place, within): (Vec<usize>, _)| {
                             let place = self.along_or_0(&place);
                             Chunk { place, file: number, within: Some(within) }
@@ -129,7 +129,7 @@ fn number(name: &str, range: &Range<usize>) -> Option<usize> {
 }
 
 /// Finds files whose numbers are names of folders in each other.
-fn nested(folder: &Folder, way: &str, ranges: &[Range<usize>], index: &mut Vec<usize>, files: &mut Vec<ChunkFile>) -> Result<()> {
+fn nested(tree: &Tree, way: &str, ranges: &[Range<usize>], index: &mut Vec<usize>, files: &mut Vec<ChunkFile>) -> Result<()> {
     let Some(range) = ranges.get(index.len()) else {
         files.push(ChunkFile { way: way.to_owned(), index: index.clone() });
         return Ok(());
@@ -139,7 +139,7 @@ fn nested(folder: &Folder, way: &str, ranges: &[Range<usize>], index: &mut Vec<u
     if range.len() == 1 {
         found.push(range.start);
     } else {
-        folder.entries(way, |name, is_folder| {
+        tree.entries(way, |name, is_folder| {
             found.extend(number(&name, range).filter(|_| is_folder != last));
             Ok(())
         })?;
@@ -147,15 +147,15 @@ fn nested(folder: &Folder, way: &str, ranges: &[Range<usize>], index: &mut Vec<u
     }
     for number in found {
         index.push(number);
-        nested(folder, &join(way, &number.to_string()), ranges, index, files)?;
+        nested(tree, &join(way, &number.to_string()), ranges, index, files)?;
         index.pop();
     }
     Ok(())
 }
 
 /// Finds files whose numbers stand in one name with points between.
-fn flat(folder: &Folder, array: &Array, ranges: &[Range<usize>], files: &mut Vec<ChunkFile>) -> Result<()> {
-    folder.entries(&array.way, |name, is_folder| {
+fn flat(tree: &Tree, array: &Array, ranges: &[Range<usize>], files: &mut Vec<ChunkFile>) -> Result<()> {
+    tree.entries(&array.way, |name, is_folder| {
         let numbers = if array.keys.prefix { name.strip_prefix("c.") } else { Some(name.as_str()) };
         let (Some(numbers), false) = (numbers, is_folder) else { return Ok(()) };
         let mut parts = numbers.split('.');

@@ -4,7 +4,8 @@ use super::array::Array;
 use super::axes::shown;
 use super::chunks::{Chunk, ChunkFile, Wanted};
 use super::codecs;
-use crate::volume::io::folder::Folder;
+use super::tree::Tree;
+use crate::volume::io::source::Tail;
 use crate::volume::io::stored::TooLarge;
 use crate::volume::io::{Endian, Reading, Stored, source};
 use crate::volume::{Voxels, with_voxels};
@@ -33,7 +34,7 @@ impl Block {
 /// All that is needed to read a volume's chunks.
 struct Fetch<'a> {
     wanted: &'a Wanted<'a>,
-    folder: &'a Folder,
+    tree: &'a Tree,
     files: &'a [ChunkFile],
     dims: [usize; 3],
     /// Numbers of a chunk along x, y and z.
@@ -49,7 +50,7 @@ struct Fetch<'a> {
 ///
 /// # Errors
 /// When they are over the limits, or a chunk is damaged: the first one in the order of z, y and x.
-pub(super) fn voxels(folder: &Folder, wanted: &Wanted, reading: &Reading) -> Result<(Voxels, u128, u128)> {
+pub(super) fn voxels(tree: &Tree, wanted: &Wanted, reading: &Reading) -> Result<(Voxels, u128, u128)> {
     let array = wanted.array;
     let limit = reading.limits.voxel_bytes;
     let chunk_bytes = array.chunk_bytes();
@@ -60,7 +61,7 @@ pub(super) fn voxels(folder: &Folder, wanted: &Wanted, reading: &Reading) -> Res
     let dims = wanted.along(&array.shape);
     // Nothing needs to be stored of voxels that are all fill value.
     let mut voxels = source::room(&array.path, &reading.limits, dims, array.stored, u64::MAX)?;
-    let (chunks, files) = wanted.chunks(folder)?;
+    let (chunks, files) = wanted.chunks(tree)?;
     let total = wanted.grid().iter().fold(1u128, |a, &n| a.saturating_mul(n as u128));
     let mut missing = total - chunks.len() as u128;
     let pattern = array.fill.pattern();
@@ -75,7 +76,7 @@ pub(super) fn voxels(folder: &Folder, wanted: &Wanted, reading: &Reading) -> Res
     let first = (0..strides.len()).map(|d| wanted.at[d] % array.chunk_shape[d] * strides[d]).sum();
     let fetch = Fetch {
         wanted,
-        folder,
+        tree,
         files: &files,
         dims,
         chunk: wanted.along(&array.chunk_shape),
@@ -127,7 +128,7 @@ impl Fetch<'_> {
     /// Reads and decodes a chunk; `None` where it is not stored.
     fn block(&self, chunk: &Chunk) -> Result<Option<Block>> {
         let array = self.wanted.array;
-        let Some(mut source) = self.folder.at(&self.files[chunk.file].way)? else { return Ok(None) };
+        let Some(mut source) = self.tree.at(&self.files[chunk.file].way)? else { return Ok(None) };
         let (start, length) = chunk.within.unwrap_or((0, source.left()));
         let place = if chunk.within.is_some() { format!("the chunk from byte {start} on: ") } else { String::new() };
         let most = if array.codecs.is_empty() { self.chunk_bytes } else { codecs::most_stored(self.chunk_bytes) };
@@ -137,6 +138,10 @@ impl Fetch<'_> {
         source.skip(start)?;
         let mut bytes = vec![0; length as usize];
         source.read_exact_into(&mut bytes, 0, length)?;
+        if source.is_packed() && chunk.within.is_none() {
+            // An entry of a zip file has a checksum, which is looked at behind its last byte.
+            source.check_tail(length, Tail::Exact)?;
+        }
         let bytes = codecs::decode(&array.codecs, bytes, self.chunk_bytes).map_err(|e| source.fault(format!("{place}{e}")))?;
         let extent = self.extent(chunk);
         let bytes = self.gather(bytes, extent);

@@ -7,8 +7,8 @@ use super::chunks::Wanted;
 use super::fetch;
 use super::multiscale::Multiscale;
 use super::node::{Node, join};
+use super::tree::Tree;
 use crate::volume::io::field;
-use crate::volume::io::folder::Folder;
 use crate::volume::io::reading::{Item, Part, Reading, pick};
 use crate::volume::{Space, Volume};
 use crate::{Error, Result};
@@ -55,12 +55,12 @@ impl Image {
     ///
     /// # Errors
     /// When its metadata are not as they should be, or it has nothing of what is chosen.
-    pub(super) fn open(folder: &Folder, chosen: Chosen, reading: &Reading) -> Result<Self> {
+    pub(super) fn open(tree: &Tree, chosen: Chosen, reading: &Reading) -> Result<Self> {
         let node = &chosen.node;
         let multiscale = Multiscale::of(node)?;
         let levels: Vec<Result<Level>> = match &multiscale {
-            Some(multiscale) => multiscale.levels.iter().map(|level| open_level(folder, node, &level.path, multiscale)).collect(),
-            None => vec![open_array(folder, node)],
+            Some(multiscale) => multiscale.levels.iter().map(|level| open_level(tree, node, &level.path, multiscale)).collect(),
+            None => vec![open_array(tree, node)],
         };
         let mut image = Self { notes: Vec::new(), multiscale, levels, level: 0, frame: 0, channel: 0 };
         image.level = match (chosen.level, reading.choice.level) {
@@ -201,14 +201,14 @@ impl Image {
     ///
     /// # Errors
     /// When they are over the limits or damaged, or their sizes are none.
-    pub(super) fn read(self, folder: &Folder, reading: &Reading) -> Result<Volume> {
+    pub(super) fn read(self, tree: &Tree, reading: &Reading) -> Result<Volume> {
         let level = self.taken()?;
         let path = &level.array.path;
         let place = self.place(self.level).unwrap_or(Place { spacing: [1.0; 3], origin: [0.0; 3] });
         let steps = DMat3::from_diagonal(place.spacing.into());
         let grid = field::grid(path, level.dims(), DVec3::from(place.origin), steps, Space::Unknown)?;
         let wanted = Wanted::new(&level.array, &level.axes, self.frame, self.channel);
-        let (voxels, missing, total) = fetch::voxels(folder, &wanted, reading)?;
+        let (voxels, missing, total) = fetch::voxels(tree, &wanted, reading)?;
         let kind = voxels.voxel_type();
         let mut volume = field::named(path, Volume::new(grid, voxels))?;
         for note in &self.notes {
@@ -231,22 +231,22 @@ impl Image {
     }
 }
 
-fn open_level(folder: &Folder, group: &Node, path: &str, multiscale: &Multiscale) -> Result<Level> {
+fn open_level(tree: &Tree, group: &Node, path: &str, multiscale: &Multiscale) -> Result<Level> {
     let way = join(&group.way, path);
-    let node = Node::open(folder, &way)?;
+    let node = Node::open(tree, &way)?;
     match node.and_then(|node| node.array()) {
         Some(array) => Level::new(array?, &multiscale.axes),
         None => Err(Error::format(&group.path, format!("the level {path:?} is not there"))),
     }
 }
 
-fn open_array(folder: &Folder, node: &Node) -> Result<Level> {
+fn open_array(tree: &Tree, node: &Node) -> Result<Level> {
     match node.array() {
         Some(array) => {
             let array = array?;
             let names: Vec<Axis> = array.names.iter().map(|name| Axis::named(name.as_deref().unwrap_or_default())).collect();
             Level::new(array, &names)
         }
-        None => Err(Error::format(folder.path(), format!("{:?} is no array", node.name()))),
+        None => Err(Error::format(tree.path(), format!("{:?} is no array", node.name()))),
     }
 }

@@ -2,8 +2,8 @@
 
 use super::array::Array;
 use super::json::{self, Json};
+use super::tree::Tree;
 use super::{v2, v3};
-use crate::volume::io::folder::Folder;
 use crate::{Error, Result};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -41,8 +41,8 @@ pub(super) fn join(way: &str, name: &str) -> String {
 }
 
 /// Reads the metadata file `name` of the folder `way`, where there is one.
-fn file(folder: &Folder, way: &str, name: &str) -> Result<Option<(PathBuf, Value)>> {
-    let Some(source) = folder.at(&join(way, name))? else { return Ok(None) };
+fn file(tree: &Tree, way: &str, name: &str) -> Result<Option<(PathBuf, Value)>> {
+    let Some(source) = tree.at(&join(way, name))? else { return Ok(None) };
     let path = source.path().to_path_buf();
     Ok(Some((path, json::parse(source)?)))
 }
@@ -52,9 +52,9 @@ impl Node {
     ///
     /// # Errors
     /// When its metadata cannot be read or are no JSON.
-    pub(super) fn open(folder: &Folder, way: &str) -> Result<Option<Self>> {
+    pub(super) fn open(tree: &Tree, way: &str) -> Result<Option<Self>> {
         let way = way.to_owned();
-        if let Some((path, mut value)) = file(folder, &way, FILES[0])? {
+        if let Some((path, mut value)) = file(tree, &way, FILES[0])? {
             let json = Json::new(&path, &value);
             let (version, kind) = (json.need("zarr_format")?, json.need("node_type")?);
             if version.count()? != 3 {
@@ -69,9 +69,9 @@ impl Node {
             let array = is_array.then(|| Metadata { path: path.clone(), value, version: 3 });
             return Ok(Some(Self { path, way, attributes, array }));
         }
-        let array = file(folder, &way, FILES[1])?.map(|(path, value)| Metadata { path, value, version: 2 });
-        let group = if array.is_none() { file(folder, &way, FILES[2])? } else { None };
-        let attributes = file(folder, &way, FILES[3])?;
+        let array = file(tree, &way, FILES[1])?.map(|(path, value)| Metadata { path, value, version: 2 });
+        let group = if array.is_none() { file(tree, &way, FILES[2])? } else { None };
+        let attributes = file(tree, &way, FILES[3])?;
         let path = [&attributes, &group].into_iter().flatten().map(|(path, _)| path).chain(array.iter().map(|a| &a.path)).next().cloned();
         let attributes = attributes.map(|(_, value)| value).unwrap_or_default();
         Ok(path.map(|path| Self { path, way, attributes, array }))
@@ -93,12 +93,12 @@ impl Node {
 }
 
 /// The nodes directly in the group `way`, sorted by name.
-fn children(folder: &Folder, way: &str) -> Result<Vec<String>> {
+fn children(tree: &Tree, way: &str) -> Result<Vec<String>> {
     let mut names = Vec::new();
-    folder.entries(way, |name, is_folder| {
+    tree.entries(way, |name, is_folder| {
         names.extend(is_folder.then_some(name));
         match names.len() > MOST_NODES {
-            true => Err(too_many(folder.path())),
+            true => Err(too_many(tree.path())),
             false => Ok(()),
         }
     })?;
@@ -113,20 +113,20 @@ fn too_many(path: &Path) -> Error {
 
 /// Tells `see` each node in the group `way`, a group before what is in it, else sorted by name. What is in a node is passed over where `see`
 /// says so.
-pub(super) fn walk(folder: &Folder, way: &str, see: &mut dyn FnMut(Node) -> Result<bool>) -> Result<()> {
-    let mut open = children(folder, way)?;
+pub(super) fn walk(tree: &Tree, way: &str, see: &mut dyn FnMut(Node) -> Result<bool>) -> Result<()> {
+    let mut open = children(tree, way)?;
     open.reverse();
     let mut seen = open.len();
     while let Some(way) = open.pop() {
-        let Some(node) = Node::open(folder, &way)? else { continue };
+        let Some(node) = Node::open(tree, &way)? else { continue };
         let inner = node.array.is_none();
         if !see(node)? || !inner || way.matches('/').count() >= DEEPEST {
             continue;
         }
-        let found = children(folder, &way)?;
+        let found = children(tree, &way)?;
         seen += found.len();
         if seen > MOST_NODES {
-            return Err(too_many(folder.path()));
+            return Err(too_many(tree.path()));
         }
         open.extend(found.into_iter().rev());
     }

@@ -6,8 +6,8 @@ use super::array::{Array, ShardIndex};
 use super::axes::shown;
 use super::chunks::ChunkFile;
 use super::codecs;
+use super::tree::Tree;
 use crate::Result;
-use crate::volume::io::folder::Folder;
 use std::ops::Range;
 
 /// First byte and number of bytes of a chunk.
@@ -19,13 +19,13 @@ type Within = (u64, u64);
 /// # Errors
 /// When the list is damaged, or a chunk would lie outside the file.
 pub(super) fn entries(
-    folder: &Folder,
+    tree: &Tree,
     array: &Array,
     index: ShardIndex,
     file: &ChunkFile,
     needed: &[Range<usize>],
 ) -> Result<Vec<(Vec<usize>, Within)>> {
-    let Some(mut source) = folder.at(&file.way)? else { return Ok(Vec::new()) };
+    let Some(mut source) = tree.at(&file.way)? else { return Ok(Vec::new()) };
     let counts = array.chunks_of_file();
     let count = counts.iter().fold(1usize, |a, &n| a.saturating_mul(n));
     let (entries, checksum) = (count.saturating_mul(16), if index.checked { 4 } else { 0 });
