@@ -662,6 +662,9 @@ fn links_are_not_followed() {
     assert!(told(&path, &Reading::new()).contains("links in a folder are not followed"));
 }
 
+/// A zip file that stands alone in its folder.
+const ZIP: &str = "a.zip";
+
 /// All files under `dir`, sorted.
 fn all_files(dir: &Path) -> Vec<std::path::PathBuf> {
     let mut found = Vec::new();
@@ -694,6 +697,13 @@ fn damaged_folders_never_panic_or_dawdle() {
     let (mut read, mut refused) = (0, 0);
     let mut writers: Vec<Box<dyn Fn()>> = vec![Box::new(|| drop(image(&path, 2)))];
     writers.extend(seeds.iter().map(|seed| Box::new(|| seed.write(&sample, &path)) as Box<dyn Fn()>));
+    for deflated in [false, true] {
+        let (path, plain) = (path.clone(), dir.path().join("plain"));
+        writers.push(Box::new(move || {
+            image(&plain, 3);
+            put(&path, ZIP, zipped(&plain, "", deflated, true, |_| {}));
+        }));
+    }
     for (id, bytes) in chunks_of_numcodecs() {
         let path = path.clone();
         writers.push(Box::new(move || put_chunk(&path, id, &bytes)));
@@ -724,7 +734,8 @@ fn damaged_folders_never_panic_or_dawdle() {
             }
             std::fs::write(file, &bytes).unwrap();
             let start = Instant::now();
-            match io::read(&path, &limits) {
+            let zip = path.join(ZIP);
+            match io::read(if zip.exists() { &zip } else { &path }, &limits) {
                 Ok(v) => {
                     read += 1;
                     assert_eq!(v.voxels().len(), v.grid().voxel_count());
