@@ -19,6 +19,9 @@ use std::time::{Duration, Instant};
 use tempfile::TempDir;
 use writer::{Frame, Packed, Zarr};
 
+/// This machine's.
+const NATIVE: Endian = if cfg!(target_endian = "big") { Endian::Big } else { Endian::Little };
+
 const FRAME: Frame = Frame { method: 1, shuffle: 1, block: 1 << 16, split: true, copied: false };
 
 fn put(dir: &Path, name: &str, text: impl AsRef<[u8]>) {
@@ -487,6 +490,22 @@ fn zip_files_are_read_as_folders() {
     put(dir.path(), "c.zarr.zip", files::zip(&[("a", vec![1])], false, |_| {}));
     let line = told(&dir.path().join("c.zarr.zip"), &Reading::new());
     assert!(line.ends_with("c.zarr.zip: none of zarr.json, .zarray, .zgroup, .zattrs is in it"), "{line}");
+}
+
+#[test]
+fn one_chunk_that_is_a_file_as_it_is_needed_is_mapped() {
+    let sample = Sample::new(VoxelType::I16, [7, 6, 5]);
+    let dir = TempDir::new().unwrap();
+    let limits = Limits::new().map_bytes(0);
+    for (chunk, order, mapped) in
+        [([5, 6, 7], [0, 1, 2], true), ([5, 6, 7], [2, 1, 0], false), ([5, 6, 8], [0, 1, 2], false), ([4, 6, 7], [0, 1, 2], false)]
+    {
+        let path = dir.path().join(format!("{chunk:?}{order:?}"));
+        Zarr { order, endian: NATIVE, ..Zarr::new(2, chunk) }.write(&sample, &path);
+        let volume = io::read(&path, &limits).unwrap();
+        assert!(*volume.voxels() == sample.voxels);
+        assert_eq!(volume.voxels().is_mapped(), mapped, "{chunk:?} {order:?}");
+    }
 }
 
 /// Counts steps, and stops after so many.

@@ -59,10 +59,25 @@ pub(super) fn voxels(tree: &Tree, wanted: &Wanted, reading: &Reading) -> Result<
         return Err(Error::Limit { what, needed: chunk_bytes, limit: limit.into() });
     }
     let dims = wanted.along(&array.shape);
-    // Nothing needs to be stored of voxels that are all fill value.
-    let mut voxels = source::room(&array.path, &reading.limits, dims, array.stored, u64::MAX)?;
     let (chunks, files) = wanted.chunks(tree)?;
     let total = wanted.grid().iter().fold(1u128, |a, &n| a.saturating_mul(n as u128));
+    let strides = array.strides();
+    let fetch = Fetch {
+        wanted,
+        tree,
+        files: &files,
+        dims,
+        chunk: wanted.along(&array.chunk_shape),
+        chunk_bytes: chunk_bytes as usize,
+        steps: wanted.space.map(|dimension| dimension.map_or(0, |d| strides[d])),
+        first: (0..strides.len()).map(|d| wanted.at[d] % array.chunk_shape[d] * strides[d]).sum(),
+    };
+    reading.step(0, chunks.len() as u64)?;
+    if let Some(voxels) = fetch.whole(&chunks, total)? {
+        return Ok((voxels, 0, total));
+    }
+    // Nothing needs to be stored of voxels that are all fill value.
+    let mut voxels = source::room(&array.path, &reading.limits, dims, array.stored, u64::MAX)?;
     let mut missing = total - chunks.len() as u128;
     let pattern = array.fill.pattern();
     if missing > 0 {
@@ -72,21 +87,8 @@ pub(super) fn voxels(tree: &Tree, wanted: &Wanted, reading: &Reading) -> Result<
             voxels.as_bytes_mut().par_chunks_mut(tile.len()).for_each(|part| part.copy_from_slice(&tile[..part.len()]));
         }
     }
-    let strides = array.strides();
-    let first = (0..strides.len()).map(|d| wanted.at[d] % array.chunk_shape[d] * strides[d]).sum();
-    let fetch = Fetch {
-        wanted,
-        tree,
-        files: &files,
-        dims,
-        chunk: wanted.along(&array.chunk_shape),
-        chunk_bytes: chunk_bytes as usize,
-        steps: wanted.space.map(|dimension| dimension.map_or(0, |d| strides[d])),
-        first,
-    };
     let budget = (BATCH + voxels.bytes() / 4).min(MOST_BATCH);
     let batch = (budget / fetch.chunk_bytes.max(1)).max(1);
-    reading.step(0, chunks.len() as u64)?;
     let mut done = 0;
     for chunks_now in chunks.chunks(batch) {
         let blocks: Vec<Result<Option<Block>>> = chunks_now.par_iter().map(|chunk| fetch.block(chunk)).collect();
@@ -125,6 +127,24 @@ impl Fetch<'_> {
         [0, 1, 2].map(|axis| self.chunk[axis].min(self.dims[axis] - chunk.place[axis] * self.chunk[axis]))
     }
 
+    /// Whether the wanted numbers are all of a chunk of such an `extent`, x fastest.
+    fn is_dense(&self, [nx, ny, nz]: [usize; 3]) -> bool {
+        let [sx, sy, sz] = self.steps;
+        let in_order = (nx == 1 || sx == 1) && (ny == 1 || sy == nx) && (nz == 1 || sz == nx * ny);
+        in_order && nx * ny * nz * self.wanted.array.stored.bytes() == self.chunk_bytes
+    }
+
+    /// The voxels where they are one chunk that is a file as it is needed: mapped where the limits allow it, as other formats are.
+    fn whole(&self, chunks: &[Chunk], total: u128) -> Result<Option<Voxels>> {
+        let array = self.wanted.array;
+        let [Chunk { file, within: None, .. }] = chunks else { return Ok(None) };
+        if total > 1 || !array.codecs.is_empty() || !self.is_dense(self.dims) {
+            return Ok(None);
+        }
+        let source = self.tree.at(&self.files[*file].way)?;
+        source.map(|mut source| source.voxels(self.dims, array.stored, array.endian, Tail::Exact)).transpose()
+    }
+
     /// Reads and decodes a chunk; `None` where it is not stored.
     fn block(&self, chunk: &Chunk) -> Result<Option<Block>> {
         let array = self.wanted.array;
@@ -149,15 +169,13 @@ impl Fetch<'_> {
     }
 
     /// The wanted numbers of a decoded chunk, x fastest.
-    fn gather(&self, bytes: Vec<u8>, [nx, ny, nz]: [usize; 3]) -> Vec<u8> {
-        let size = self.wanted.array.stored.bytes();
-        let [sx, sy, sz] = self.steps;
-        let count = nx * ny * nz;
-        let dense = (nx == 1 || sx == 1) && (ny == 1 || sy == nx) && (nz == 1 || sz == nx * ny);
-        if dense && count * size == bytes.len() {
+    fn gather(&self, bytes: Vec<u8>, extent: [usize; 3]) -> Vec<u8> {
+        if self.is_dense(extent) {
             return bytes;
         }
-        let mut out = Vec::with_capacity(count * size);
+        let size = self.wanted.array.stored.bytes();
+        let ([nx, ny, nz], [sx, sy, sz]) = (extent, self.steps);
+        let mut out = Vec::with_capacity(nx * ny * nz * size);
         for row in 0..nz * ny {
             let start = self.first + row / ny * sz + row % ny * sy;
             if sx == 1 || nx == 1 {

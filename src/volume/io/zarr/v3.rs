@@ -120,7 +120,7 @@ fn chain(list: &Json, shape: &[usize], stored: Stored, outer: bool) -> Result<Ch
                 let configured = codec.json.get("configuration");
                 let configured = configured.as_ref().unwrap_or(&codec.json);
                 chain.codecs.push(match name.strip_prefix("numcodecs.") {
-                    Some(name @ ("shuffle" | "delta")) => Codec::filter(&codec.json, name, configured, stored)?,
+                    Some("shuffle") => Codec::filter(&codec.json, "shuffle", configured, stored)?,
                     Some(name) => Codec::compressor(&codec.json, name)?,
                     None => Codec::compressor(&codec.json, name)?,
                 });
