@@ -125,6 +125,31 @@ impl Folder {
     /// # Errors
     /// When the way leads out of the folder or through a link, or the file cannot be read.
     pub(super) fn at(&self, way: &str) -> Result<Option<Source>> {
+        self.inside(way)?.map(|path| Source::open_plain(&path, &self.limits)).transpose()
+    }
+
+    /// Tells `see` the name of each file and folder directly in the folder at `way` (empty for this folder itself), and whether it is a
+    /// folder, in no order; nothing where there is no such folder. Links and names that are not UTF-8 are left out.
+    ///
+    /// # Errors
+    /// As [`Folder::at`]; those of `see`.
+    #[cfg(feature = "zarr")]
+    pub(super) fn entries(&self, way: &str, mut see: impl FnMut(String, bool) -> Result<()>) -> Result<()> {
+        let found = if way.is_empty() { Some(self.path.clone()) } else { self.inside(way)? };
+        let Some(path) = found.filter(|path| path.is_dir()) else { return Ok(()) };
+        let fault = |e| Error::io(&path, e);
+        for entry in std::fs::read_dir(&path).map_err(fault)? {
+            let entry = entry.map_err(fault)?;
+            let (kind, Ok(name)) = (entry.file_type().map_err(fault)?, entry.file_name().into_string()) else { continue };
+            if kind.is_dir() || kind.is_file() {
+                see(name, kind.is_dir())?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The path that `way` leads to; `None` where nothing is there.
+    fn inside(&self, way: &str) -> Result<Option<PathBuf>> {
         let mut path = self.path.clone();
         for name in way.split('/') {
             if name.is_empty() || name == "." || name == ".." || name.contains(['\\', '\0', ':']) {
@@ -138,7 +163,7 @@ impl Folder {
                 Err(e) => return Err(Error::io(&path, e)),
             }
         }
-        Source::open_plain(&path, &self.limits).map(Some)
+        Ok(Some(path))
     }
 
     /// Where it is, for messages; the pattern where one was given.

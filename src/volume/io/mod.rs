@@ -10,7 +10,8 @@
 //! | VTK XML | `.vti`, `.vtr` | image data, rectilinear grids of even spacing; ascii, base64 and raw, zlib and LZ4; both byte orders; any array of points or cells |
 //! | MRC/CCP4 | `.mrc`, `.map`, `.ccp4`, `.rec`, `.st` | i8, u8, i16, u16, f16, f32 and complex f32; both byte orders; skewed cells, any order of axes; stacks of volumes |
 //! | NumPy | `.npy` | (z, y, x), (frame, z, y, x) or bytes of (z, y, x, colour); C and Fortran order, both byte orders |
-//! | NumPy archive | `.npz` | its first array of three dimensions, stored or deflated |
+//! | Zarr | `.zarr`, `.zip`, `.ozx` | folders and zip files of versions 2 and 3, OME-Zarr 0.1 to 0.5; a level, frame, channel; gzip, zlib, bz2, LZ4, Zstandard, Blosc; shards |
+//! | NumPy archive | `.npz` | an array by its name, else the first of three dimensions; stored or deflated |
 //! | TIFF | `.tif`, `.tiff`, `.btf`, `.tf8` | many pages, BigTIFF, OME-TIFF, ImageJ; integers and floats; strips and tiles; LZW, deflate and PackBits |
 //! | image stack |  | a folder or a pattern of PNG, TIFF, JPEG, BMP or PNM images, one a slice, of 8 and 16 bits; float TIFF; greys and colours |
 //! | VolVis | `.dat` | three dimensions, then little-endian u16 voxels; known by its exact length |
@@ -65,6 +66,8 @@ mod tree;
 mod vti;
 mod vtk;
 mod write;
+#[cfg(feature = "zarr")]
+mod zarr;
 mod zip;
 
 pub use raw::{RawSpec, read_raw};
@@ -119,6 +122,9 @@ formats! {
     Vti in vti,
     Mrc in mrc,
     Npy in npy,
+    // A zip file of Zarr is told from one of arrays by its first file.
+    #[cfg(feature = "zarr")]
+    Zarr in zarr,
     Npz in npz,
     #[cfg(feature = "stacks")]
     Tiff in tiff,

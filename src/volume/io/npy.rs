@@ -63,6 +63,11 @@ impl Header {
         Ok(Self { shape, length: 8 + width + length, fortran, stored, endian })
     }
 
+    /// Type of the numbers.
+    pub(super) fn stored(&self) -> Stored {
+        self.stored
+    }
+
     /// Bytes of the numbers; saturates.
     pub(super) fn data_bytes(&self) -> u64 {
         self.shape.iter().fold(self.stored.bytes() as u64, |a, &n| a.saturating_mul(n as u64))

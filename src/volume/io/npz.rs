@@ -1,10 +1,10 @@
-//! NumPy archives, `.npz`: a zip file of `.npy` arrays. The first array of three dimensions is read.
+//! NumPy archives, `.npz`: a zip file of `.npy` arrays. One of them is read: the one that is chosen by its name, else the first of three dimensions.
 //!
 //! Source of the format: <https://numpy.org/doc/stable/reference/generated/numpy.savez.html>; `zip.rs` says what of zip files is read.
 
 use super::npy;
 use super::reader::{Certainty, Reader};
-use super::reading::Reading;
+use super::reading::{Item, Part, Reading};
 use super::store::Store;
 use super::zip::{Archive, Entry};
 use crate::volume::Volume;
@@ -13,51 +13,102 @@ use crate::{Error, Result};
 pub(super) const READER: Reader = Reader {
     name: "NumPy archive",
     extensions: &["npz"],
-    reads: "its first array of three dimensions, stored or deflated",
-    parts: &[],
+    reads: "an array by its name, else the first of three dimensions; stored or deflated",
+    parts: &[Part::Array, Part::Frame, Part::Channel],
     probe: |clues| if clues.has(0, b"PK\x03\x04") || clues.has(0, b"PK\x05\x06") { Certainty::Magic } else { Certainty::No },
     read,
-    list: None,
+    list: Some(list),
 };
+
+/// An array of the archive.
+struct Found<'a> {
+    entry: &'a Entry,
+    /// Its name, without `.npy`.
+    name: &'a str,
+    header: npy::Header,
+    /// What it is, in a few words; of one that is no volume, why.
+    about: String,
+    volume: bool,
+}
+
+/// The arrays of `entries`. One of text or records does not stand in the way of the volume behind it.
+fn found<'a>(archive: &Archive, entries: &'a [Entry]) -> Result<(Vec<Found<'a>>, Vec<String>)> {
+    let arrays: Vec<&Entry> = entries.iter().filter(|e| e.name.ends_with(".npy")).collect();
+    if arrays.is_empty() {
+        let first = entries.first().map_or(String::new(), |e| format!(", only {:?}", e.name));
+        return Err(archive.0.fault(format!("the zip archive holds {} files and no .npy array{first}", entries.len())));
+    }
+    let (mut found, mut others) = (Vec::new(), Vec::new());
+    for entry in arrays {
+        let name = entry.name.trim_end_matches(".npy");
+        match npy::Header::read(&mut archive.open(entry)?) {
+            Err(Error::Format { what, .. }) => others.push(format!("{name} ({what})")),
+            Err(e) => return Err(e),
+            Ok(header) => {
+                let volume = header.shape.len() >= 3 && header.layout(archive.0.path()).is_some();
+                if !volume {
+                    others.push(format!("{name} {:?}", header.shape));
+                }
+                let about = format!("{:?} of {}", header.shape, header.stored());
+                found.push(Found { entry, name, header, about, volume });
+            }
+        }
+    }
+    Ok((found, others))
+}
+
+/// Which array is read: the one of that name, else the first that is a volume.
+fn choose(archive: &Archive, found: &[Found], mut others: Vec<String>, reading: &Reading) -> Result<usize> {
+    if let Some(name) = &reading.choice.array {
+        return found.iter().position(|f| f.name == name).ok_or_else(|| {
+            let names: Vec<String> = found.iter().take(8).map(|f| format!("{:?}", f.name)).collect();
+            archive.0.fault(format!("volume.array is {name:?}: there are {}", names.join(", ")))
+        });
+    }
+    found.iter().position(|f| f.volume).ok_or_else(|| {
+        let more = if others.len() > 4 { format!(", and {} more", others.len() - 4) } else { String::new() };
+        others.truncate(4);
+        archive.0.fault(format!("no array of three dimensions (z, y, x) among: {}{more}", others.join(", ")))
+    })
+}
+
+fn list(store: Store, reading: &Reading) -> Result<Vec<Item>> {
+    let archive = Archive(store.places("a zip archive")?);
+    let entries = archive.entries()?;
+    let (found, others) = found(&archive, &entries)?;
+    let taken = choose(&archive, &found, others, reading)?;
+    let mut items = Vec::new();
+    if found.len() > 1 {
+        items.extend(found.iter().enumerate().map(|(i, f)| Item::new(Part::Array, f.name, f.about.clone(), i == taken)));
+    }
+    if let Some(layout) = found[taken].header.layout(archive.0.path()) {
+        items.extend(layout.list(reading)?);
+    }
+    Ok(items)
+}
 
 fn read(store: Store, reading: &Reading) -> Result<Volume> {
     // A zip file is read from its end.
     let archive = Archive(store.places("a zip archive")?);
     let path = archive.0.path();
     let entries = archive.entries()?;
-    let arrays: Vec<&Entry> = entries.iter().filter(|e| e.name.ends_with(".npy")).collect();
-    if arrays.is_empty() {
-        let first = entries.first().map_or(String::new(), |e| format!(", only {:?}", e.name));
-        return Err(archive.0.fault(format!("the zip archive holds {} files and no .npy array{first}", entries.len())));
+    let (found, others) = found(&archive, &entries)?;
+    let taken = choose(&archive, &found, others, reading)?;
+    let Found { entry, name, about, .. } = &found[taken];
+    let mut source = archive.open(entry)?;
+    let header = npy::Header::read(&mut source)?;
+    let claimed = header.length.saturating_add(header.data_bytes());
+    if claimed != entry.unpacked {
+        return Err(archive
+            .0
+            .fault(format!("{:?} takes {claimed} bytes by its header, {} by the zip directory", entry.name, entry.unpacked)));
     }
-    let mut seen = Vec::new();
-    for entry in &arrays {
-        let mut source = archive.open(entry)?;
-        let stem = entry.name.trim_end_matches(".npy");
-        // An array of text or records does not stand in the way of the volume behind it.
-        let header = match npy::Header::read(&mut source) {
-            Err(Error::Format { what, .. }) => {
-                seen.push(format!("{stem} ({what})"));
-                continue;
-            }
-            header => header?,
-        };
-        if header.shape.len() < 3 || header.layout(path).is_none() {
-            seen.push(format!("{stem} {:?}", header.shape));
-            continue;
-        }
-        let claimed = header.length.saturating_add(header.data_bytes());
-        if claimed != entry.unpacked {
-            return Err(archive
-                .0
-                .fault(format!("{:?} takes {claimed} bytes by its header, {} by the zip directory", entry.name, entry.unpacked)));
-        }
-        let volume = header.volume(&mut source, reading)?;
-        // One array needs no name; among several, say which it is.
-        let name = if arrays.len() == 1 { path.display().to_string() } else { format!("{}:{stem}", path.display()) };
-        return Ok(volume.with_name(name));
+    let mut volume = header.volume(&mut source, reading)?;
+    let volumes = found.iter().filter(|f| f.volume).count();
+    if volumes > 1 && reading.choice.array.is_none() {
+        volume = volume.with_note(format!("array {name:?} of {volumes} is read ({about}; volume.array chooses another)"));
     }
-    let more = if seen.len() > 4 { format!(", and {} more", seen.len() - 4) } else { String::new() };
-    seen.truncate(4);
-    Err(archive.0.fault(format!("no array of three dimensions (z, y, x) among: {}{more}", seen.join(", "))))
+    // One array needs no name; among several, say which it is.
+    let alone = entries.iter().filter(|e| e.name.ends_with(".npy")).count() == 1;
+    Ok(volume.with_name(if alone { path.display().to_string() } else { format!("{}:{name}", path.display()) }))
 }

@@ -12,6 +12,10 @@ const IN_TAR: usize = 512;
 #[cfg(not(feature = "dicom"))]
 const DICOM: usize = 128;
 
+/// Files that tell a folder of Zarr.
+#[cfg(not(feature = "zarr"))]
+const ZARR: [&str; 3] = ["zarr.json", ".zarray", ".zgroup"];
+
 /// Of two that are as sure the first one is told.
 pub(super) const REFUSALS: &[Refusal] = &[
     #[cfg(not(feature = "dicom"))]
@@ -47,9 +51,15 @@ pub(super) const REFUSALS: &[Refusal] = &[
         probe: |c| only(Magic, c.has_entry("DICOMDIR")),
         says: "is a directory of DICOM files: this build was made without the feature `dicom`, convert the series to NRRD or NIfTI",
     },
+    #[cfg(not(feature = "zarr"))]
     Refusal {
-        probe: |c| only(Magic, [".zgroup", ".zarray", "zarr.json"].iter().any(|name| c.has_entry(name))),
-        says: "is a directory of Zarr arrays: not supported, save one array as .npy or NRRD and give that file",
+        probe: |c| only(Magic, ZARR.iter().any(|name| c.has_entry(name))),
+        says: "is a directory of Zarr arrays: this build has no feature zarr, which reads them; else save one array as .npy or NRRD",
+    },
+    #[cfg(not(feature = "zarr"))]
+    Refusal {
+        probe: |c| only(Magic, c.has(0, b"{") && ZARR.iter().any(|name| c.path.file_name() == Some(name.as_ref()))),
+        says: "metadata of Zarr: this build has no feature zarr, which reads it",
     },
 ];
 

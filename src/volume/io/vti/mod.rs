@@ -121,7 +121,7 @@ fn numbers(contents: &mut Contents, coding: &Coding, array: &Array, stored: Stor
     let mut source = contents.open(array, coding, want)?;
     match kept {
         Kept::Channel(0) if components == 1 => source.voxels(dims, stored, coding.endian, Tail::Unchecked),
-        Kept::Channel(c) => source.interleaved(dims, stored, coding.endian, (components, c..c + 1), Tail::Unchecked),
+        Kept::Channel(c) => source.interleaved(dims, stored, coding.endian, (components, c..c + 1, false), Tail::Unchecked),
         Kept::Colors if components == 4 => source.voxels([row, ny, nz], stored, coding.endian, Tail::Unchecked),
         Kept::Colors => opaque(&mut source, dims, want),
     }
