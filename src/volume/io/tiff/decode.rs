@@ -3,7 +3,8 @@
 use super::bytes::Bytes;
 use super::codec;
 use super::directory::Tiff;
-use super::layout::{Layout, Table};
+use super::entry::Table;
+use super::layout::Layout;
 use crate::volume::io::slices::Pixels;
 use crate::{Error, Result};
 

@@ -5,7 +5,8 @@
 //! and counts have eight bytes in place of four.
 
 use super::bytes::{Bytes, OnDisk};
-use super::layout::{Entry, Layout, Page, Table};
+use super::entry::{Entry, Table};
+use super::layout::{Layout, Page};
 use crate::volume::io::Endian;
 use crate::volume::io::store::Store;
 use crate::{Error, Result};

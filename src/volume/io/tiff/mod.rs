@@ -14,6 +14,7 @@ mod bytes;
 mod codec;
 mod decode;
 mod directory;
+mod entry;
 mod imagej;
 mod layout;
 mod ome;
