@@ -127,6 +127,23 @@ fn every_kind_of_blosc_frame() {
     }
 }
 
+#[test]
+fn filters_of_version_2() {
+    let filters = [
+        (r#"{"id": "delta", "dtype": "<i2"}"#, [300i16, -600, 1, 32767].map(i16::to_le_bytes).concat()),
+        (r#"{"id": "shuffle", "elementsize": 2}"#, vec![0x2c, 0xd4, 0xd5, 0xd4, 0x01, 0xfe, 0xfe, 0x7e]),
+    ];
+    for (filter, bytes) in filters {
+        let dir = TempDir::new().unwrap();
+        let metadata = zarray(&[1, 2, 2], &[1, 2, 2], "<i2", "0").replace("\"filters\": null", &format!("\"filters\": [{filter}]"));
+        put(dir.path(), ".zarray", metadata.replace("\"compressor\": null", r#""compressor": {"id": "gzip"}"#));
+        put(dir.path(), "0.0.0", files::gz(&bytes));
+        let volume = Volume::open(dir.path()).unwrap();
+        let found: Vec<f64> = (0..4).map(|i| volume.voxels().get(i)).collect();
+        assert_eq!(found, [300.0, -300.0, -299.0, 32468.0], "{filter}");
+    }
+}
+
 /// Chunks that another program encoded: name of the compressor, and bytes.
 fn chunks_of_numcodecs() -> Vec<(&'static str, Vec<u8>)> {
     let lines = include_str!("files/zarr_chunks.txt").lines().filter(|line| !line.starts_with('#'));

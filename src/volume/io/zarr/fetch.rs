@@ -12,9 +12,12 @@ use crate::volume::{Voxels, with_voxels};
 use crate::{Error, Result};
 use rayon::prelude::*;
 
-/// Bytes of chunks that are decoded at a time; more for large volumes, where chunks tend to be large.
-const BATCH: usize = 32 << 20;
-const MOST_BATCH: usize = 512 << 20;
+/// Bytes of chunks that are decoded at a time: few, so that they are still in the cache when they are copied into place.
+const BATCH: usize = 8 << 20;
+/// Chunks for each thread that are decoded at a time: several, so that none waits long for the others.
+const EACH: usize = 4;
+/// Bytes that are never gone beyond but for a single chunk, besides a quarter of the voxels'.
+const MOST_BATCH: usize = 32 << 20;
 
 /// The voxels of a chunk that lie inside the volume, x fastest, as they are kept.
 enum Block {
@@ -87,8 +90,9 @@ pub(super) fn voxels(tree: &Tree, wanted: &Wanted, reading: &Reading) -> Result<
             voxels.as_bytes_mut().par_chunks_mut(tile.len()).for_each(|part| part.copy_from_slice(&tile[..part.len()]));
         }
     }
-    let budget = (BATCH + voxels.bytes() / 4).min(MOST_BATCH);
-    let batch = (budget / fetch.chunk_bytes.max(1)).max(1);
+    let most = MOST_BATCH + voxels.bytes() / 4;
+    let several = (BATCH / fetch.chunk_bytes).max(EACH * rayon::current_num_threads());
+    let batch = several.min(most / fetch.chunk_bytes).max(1);
     let mut done = 0;
     for chunks_now in chunks.chunks(batch) {
         let blocks: Vec<Result<Option<Block>>> = chunks_now.par_iter().map(|chunk| fetch.block(chunk)).collect();
