@@ -150,6 +150,9 @@ fn files_without_a_preamble_are_read() {
         let length = u32::from_le_bytes(whole[140..144].try_into().unwrap()) as usize;
         assert_eq!(numbers(&one(&whole[144 + length..]).unwrap()), want, "{uid}");
     }
+    // A folder of such files alone is one of DICOM files.
+    let files: Vec<(String, Vec<u8>)> = series("1", &[1.0, 0.0], |_, set| set).into_iter().map(|(n, b)| (n, b[132..].to_vec())).collect();
+    assert_eq!(numbers(&Volume::open(folder(&files).path()).unwrap()), expected([1, 0]));
     // A file that names the wrong one of explicit and implicit VR.
     let mut lies = file(&set, IMPLICIT, None);
     let at = lies.windows(IMPLICIT.len() + 1).position(|w| w == b"1.2.840.10008.1.2\0").unwrap() - 2;

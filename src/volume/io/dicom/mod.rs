@@ -67,9 +67,9 @@ fn probe(clues: &Clues) -> Certainty {
     if looks_bare(clues.head) { Certainty::Hint } else { clues.by_name(READER.extensions) }
 }
 
-/// Whether one of the first files in a folder or archive is a DICOM file.
+/// Whether one of the first files in a folder or archive is a DICOM file by its magic, or all of them look like some without.
 fn holds_dicom(clues: &Clues) -> bool {
-    let (mut found, mut seen) = (false, 0);
+    let (mut found, mut bare, mut seen) = (false, true, 0);
     // What cannot be opened is not of this format, or another reader says why.
     let tree = match clues.folder {
         Some(_) => Store::open(clues.path, clues.limits).and_then(Tree::of),
@@ -80,11 +80,13 @@ fn holds_dicom(clues: &Clues) -> bool {
     let looked = tree.and_then(|tree| {
         tree.visit(&|_| true, &mut |mut leaf| {
             seen += 1;
-            found = leaf.source.peek(132).is_ok_and(has_magic);
+            let head = leaf.source.peek(132).unwrap_or_default();
+            found = has_magic(head);
+            bare &= looks_bare(head);
             Ok(!found && seen < LOOKED_INTO)
         })
     });
-    found && looked.is_ok()
+    (found || (bare && seen > 0)) && looked.is_ok()
 }
 
 /// The study in `store`, the group that is taken of it, and that group's frames: of copies one alone.
