@@ -413,6 +413,23 @@ fn enhanced_images_with_shuffled_frames() {
         assert_eq!((volume.grid().spacing(), volume.grid().origin().to_array()), ([0.125, 0.25, 2.5], [1.0, 2.0, 0.0]));
         assert_eq!((volume.rescale(), volume.modality()), ((2.0, -24.0), Modality::Ct));
     }
+    // Two moments in one file, told apart by their index.
+    let mut set = enhanced(&[1, 0, 1, 0], true);
+    for (tag, value) in &mut set.0 {
+        if let (0x5200_9230, Value::Items(frames, _)) = (*tag, value) {
+            for (i, frame) in frames.iter_mut().enumerate() {
+                let index = Set::default().with(0x0020_9128, Value::Bytes("UL", vec![1 - i as u8 / 2, 0, 0, 0]));
+                frame.0.push((0x0020_9111, Value::Items(vec![index], true)));
+            }
+        }
+    }
+    let pixels: Vec<u16> = (0..4).flat_map(|i| noise(PIXELS, i)).collect();
+    let dir = folder(&[("a".to_owned(), file(&set.with(0x7fe0_0010, Value::Words("OW", pixels)), EXPLICIT, None))]);
+    for (frame, order) in [(0, [3, 2]), (1, [1, 0])] {
+        let volume = io::read_as(dir.path().join("a"), &Reading::new().choice(Choice::new().frame(frame))).unwrap();
+        assert_eq!(numbers(&volume), expected(order));
+        assert!(told(&volume, "differ in temporal position"), "{:?}", volume.notes());
+    }
     // A frame too few is described.
     let set = enhanced(&[2, 0, 3, 1], true).text(0x0028_0008, "IS", 3);
     assert!(one(&file(&set, EXPLICIT, None)).unwrap_err().to_string().contains("4 frames are described, there are 3"));
@@ -580,7 +597,12 @@ fn what_is_not_read_is_named() {
         (file(&bare, EXPLICIT, Some(&fragments)), "pixels are in fragments, the transfer syntax says that they are not"),
         (file(&set, RLE, None), "the pixels are not in fragments"),
         (file(&set.clone().word(0x0028_0010, 4), EXPLICIT, None), "5 x 4 pixels of 1 x 16 bits take 40 bytes, there are 30"),
-        (file(&set.clone().text(0x0028_0008, "IS", 2_000_000_000), EXPLICIT, None), "2000000000 frames are claimed"),
+        (file(&set.clone().text(0x0028_0008, "IS", 2_000_000_000), EXPLICIT, None), "frames: 2000000000 is over the limit of 65536"),
+        (
+            file(&set.clone().text(0x0028_0008, "IS", 60_000), EXPLICIT, None),
+            "60000 frames of 5 x 3 pixels of 1 x 16 bits take 1800000 bytes, there are 30",
+        ),
+        (file(&bare.clone().text(0x0028_0008, "IS", 60_000), RLE, Some(&fragments)), "60000 frames are claimed, 88 bytes follow"),
         (file(&set.clone().text(0x0028_0008, "IS", -1), EXPLICIT, None), "number of frames (0028,0008) is -1"),
         (file(&set.clone().word(0x0028_0010, 0), EXPLICIT, None), "number of rows (0028,0010) is 0"),
         (file(&set.clone().without(0x0028_0011), EXPLICIT, None), "there are pixels and no number of columns"),

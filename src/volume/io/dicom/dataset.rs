@@ -5,10 +5,10 @@ use super::header::{Header, MOST_FRAMES, text};
 use super::image::{Image, Photometric};
 use super::syntax::{Codec, Syntax};
 use super::tags::*;
-use crate::Result;
 use crate::volume::VoxelType;
 use crate::volume::io::Endian;
 use crate::volume::io::tree::Leaf;
+use crate::{Error, Result};
 use std::sync::Arc;
 
 /// Bytes before the magic.
@@ -47,7 +47,7 @@ pub(super) fn look(leaf: Leaf) -> Result<Found> {
     if !magic && !looks_bare(head) {
         return Ok(Found::Nothing);
     }
-    let fault = |what: String| crate::Error::format(&path, what);
+    let fault = |what: String| Error::format(&path, what);
     let mut bytes = Bytes::new(source);
     if magic {
         bytes.skip(PREAMBLE as u64 + 4)?;
@@ -87,6 +87,10 @@ pub(super) fn look(leaf: Leaf) -> Result<Found> {
     }
     let (layout, bits, mut unread) = header.layout(pixels.tag, syntax.codec).map_err(fault)?;
     let count = header.count(NUMBER_OF_FRAMES, "number of frames", 0, Some(1)).map_err(fault)?.max(1);
+    if count > MOST_FRAMES {
+        let what = format!("{}: frames", path.display());
+        return Err(Error::Limit { what, needed: count as u128, limit: MOST_FRAMES as u128 });
+    }
     let held = bytes.source.left();
     let whole = (layout.rows as u128) * (layout.columns as u128) * (layout.samples as u128) * u128::from(layout.allocated.div_ceil(8));
     let each = match (syntax.codec, pixels.length) {
@@ -110,7 +114,7 @@ pub(super) fn look(leaf: Leaf) -> Result<Found> {
         // Each frame has at least the head of a fragment.
         _ => 8,
     };
-    if count > MOST_FRAMES || (count as u128 * each > u128::from(held) && unread.is_none()) {
+    if count as u128 * each > u128::from(held) && unread.is_none() {
         return Err(fault(format!("{count} frames are claimed, {held} bytes follow, of at least {each} bytes each")));
     }
     if syntax.codec == Codec::Unread {

@@ -89,7 +89,7 @@ fn holds_dicom(clues: &Clues) -> bool {
     (found || (bare && seen > 0)) && looked.is_ok()
 }
 
-/// The study in `store`, the group that is taken of it, and that group's frames: of copies one alone.
+/// The study in `store`, and which of its groups is taken.
 fn chosen(store: Store, reading: &Reading) -> Result<(Tree, Study, usize)> {
     let tree = Tree::of(store)?;
     let study = Study::scan(&tree, reading)?;
