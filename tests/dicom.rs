@@ -7,10 +7,10 @@ mod files;
 mod peak;
 
 use files::dicom::{
-    BIG, DEFLATED, EXPLICIT, IMPLICIT, JPEG_BASELINE, JPEG_LOSSLESS, JPEG_LS, RLE, Set, Value, encapsulated, file, jpeg_blocks,
+    BIG, DEFLATED, EXPLICIT, IMPLICIT, JPEG_BASELINE, JPEG_LOSSLESS, JPEG_LS, RLE, Set, Value, element, encapsulated, file, jpeg_blocks,
     jpeg_lossless, noise, rle, slice, tar,
 };
-use files::{Random, gz, npz, zip};
+use files::{Random, gz, join, npz, zip};
 use slicestack::volume::io::{self, Choice, Part, Reading};
 use slicestack::volume::{Colors, Modality, Space, VoxelType, Voxels};
 use slicestack::{Error, Limits, Progress, Volume};
@@ -584,6 +584,8 @@ fn what_is_not_read_is_named() {
         stream
     };
     let wide = bare.clone().word(0x0028_0010, 8).word(0x0028_0011, 32);
+    let class = element(0x0002_0002, &Value::Text("UI", "1.2.840.10008.1.3.10".to_owned()), true, io::Endian::Little);
+    let listing = join(&[&[0; 128], b"DICM", &class, &file(&bare, EXPLICIT, None)[132..]]);
     for (bytes, says) in [
         (
             file(&bare, "1.2.840.10008.1.2.4.110", Some(&fragments)),
@@ -617,6 +619,7 @@ fn what_is_not_read_is_named() {
         (file(&set.clone().text(0x0020_0032, "DS", "1\\2\\x"), EXPLICIT, None), "(0020,0032) is \"x\": not a number"),
         (file(&set.clone().numbers(0x0020_0037, &[1.0, 0.0, 0.0, 1.0, 0.0, 0.0]), EXPLICIT, None), "not of length 1 and at right angles"),
         (file(&set.clone().text(0x0008_0016, "UI", "1.2.840.10008.5.1.4.1.1.66.4"), EXPLICIT, None), "a DICOM file that is a segmentation"),
+        (listing, "a DICOM file that is a list of files (DICOMDIR): there are no voxels in it, give another file or the folder"),
         (b"nothing of the kind".to_vec(), "no DICOM file: it has neither"),
     ] {
         let line = one(&bytes).err().unwrap_or_else(|| panic!("read: {says}")).to_string();

@@ -14,6 +14,9 @@ use std::sync::Arc;
 /// Bytes before the magic.
 const PREAMBLE: usize = 128;
 
+/// The class of files that list the others of a folder.
+const DIRECTORY: &str = "1.2.840.10008.1.3.10";
+
 /// What a file turned out to be.
 pub(super) enum Found {
     Image(Box<Image>),
@@ -52,15 +55,19 @@ pub(super) fn look(leaf: Leaf) -> Result<Found> {
     if magic {
         bytes.skip(PREAMBLE as u64 + 4)?;
     }
-    let mut named = None;
+    let (mut named, mut is_list) = (None, false);
     while bytes.source.peek(6)?.starts_with(&[2, 0]) {
         let explicit = seen_encoding(bytes.source.peek(6)?).explicit;
         let element = bytes.element(if explicit { Encoding::EXPLICIT } else { Encoding::IMPLICIT })?;
         match element.length {
             Some(length) if element.tag == TRANSFER_SYNTAX => named = Some(text(&bytes.value(element, length)?)),
+            Some(length) if element.tag == MEDIA_CLASS => is_list = text(&bytes.value(element, length)?) == DIRECTORY,
             Some(length) => bytes.skip(length)?,
             None => return Err(fault(format!("{} has no length", shown(element.tag)))),
         }
+    }
+    if is_list {
+        return Ok(Found::Other("a list of files (DICOMDIR)"));
     }
     let seen = seen_encoding(bytes.source.peek(6)?);
     let mut syntax = named.filter(|uid| !uid.is_empty()).map_or_else(|| Syntax::unnamed(seen), |uid| Syntax::of(&uid));
