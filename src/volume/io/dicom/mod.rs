@@ -55,6 +55,8 @@ pub(super) const READER: Reader = Reader {
 
 /// Most files of a folder or archive that are looked into to find out whether it is one of DICOM files.
 const LOOKED_INTO: usize = 64;
+/// Most bytes of a compressed tar archive that are inflated to find it out.
+const INFLATED: u64 = 64 << 20;
 
 fn probe(clues: &Clues) -> Certainty {
     if has_magic(clues.head) {
@@ -69,7 +71,7 @@ fn probe(clues: &Clues) -> Certainty {
 
 /// Whether one of the first files in a folder or archive is a DICOM file by its magic, or all of them look like some without.
 fn holds_dicom(clues: &Clues) -> bool {
-    let (mut found, mut bare, mut seen) = (false, true, 0);
+    let (mut found, mut bare, mut seen, mut passed) = (false, true, 0, 0u64);
     // What cannot be opened is not of this format, or another reader says why.
     let tree = match clues.folder {
         Some(_) => Store::open(clues.path, clues.limits).and_then(Tree::of),
@@ -83,7 +85,8 @@ fn holds_dicom(clues: &Clues) -> bool {
             let head = leaf.source.peek(132).unwrap_or_default();
             found = has_magic(head);
             bare &= looks_bare(head);
-            Ok(!found && seen < LOOKED_INTO)
+            passed = passed.saturating_add(leaf.source.left());
+            Ok(!found && seen < LOOKED_INTO && (!clues.packed || passed < INFLATED))
         })
     });
     (found || (bare && seen > 0)) && looked.is_ok()
