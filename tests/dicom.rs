@@ -4,12 +4,13 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot write its file shall stop")]
 
 mod files;
+mod peak;
 
 use files::dicom::{
-    BIG, DEFLATED, EXPLICIT, IMPLICIT, JPEG_BASELINE, JPEG_LOSSLESS, JPEG_LS, RLE, Set, Value, encapsulated, file, jpeg_blocks,
+    BIG, DEFLATED, EXPLICIT, IMPLICIT, JPEG_BASELINE, JPEG_LOSSLESS, JPEG_LS, RLE, Set, Value, element, encapsulated, file, jpeg_blocks,
     jpeg_lossless, noise, rle, slice, tar,
 };
-use files::{Random, gz, npz, zip};
+use files::{Random, gz, join, npz, zip};
 use slicestack::volume::io::{self, Choice, Part, Reading};
 use slicestack::volume::{Colors, Modality, Space, VoxelType, Voxels};
 use slicestack::{Error, Limits, Progress, Volume};
@@ -149,6 +150,9 @@ fn files_without_a_preamble_are_read() {
         let length = u32::from_le_bytes(whole[140..144].try_into().unwrap()) as usize;
         assert_eq!(numbers(&one(&whole[144 + length..]).unwrap()), want, "{uid}");
     }
+    // A folder of such files alone is one of DICOM files.
+    let files: Vec<(String, Vec<u8>)> = series("1", &[1.0, 0.0], |_, set| set).into_iter().map(|(n, b)| (n, b[132..].to_vec())).collect();
+    assert_eq!(numbers(&Volume::open(folder(&files).path()).unwrap()), expected([1, 0]));
     // A file that names the wrong one of explicit and implicit VR.
     let mut lies = file(&set, IMPLICIT, None);
     let at = lies.windows(IMPLICIT.len() + 1).position(|w| w == b"1.2.840.10008.1.2\0").unwrap() - 2;
@@ -409,6 +413,23 @@ fn enhanced_images_with_shuffled_frames() {
         assert_eq!((volume.grid().spacing(), volume.grid().origin().to_array()), ([0.125, 0.25, 2.5], [1.0, 2.0, 0.0]));
         assert_eq!((volume.rescale(), volume.modality()), ((2.0, -24.0), Modality::Ct));
     }
+    // Two moments in one file, told apart by their index.
+    let mut set = enhanced(&[1, 0, 1, 0], true);
+    for (tag, value) in &mut set.0 {
+        if let (0x5200_9230, Value::Items(frames, _)) = (*tag, value) {
+            for (i, frame) in frames.iter_mut().enumerate() {
+                let index = Set::default().with(0x0020_9128, Value::Bytes("UL", vec![1 - i as u8 / 2, 0, 0, 0]));
+                frame.0.push((0x0020_9111, Value::Items(vec![index], true)));
+            }
+        }
+    }
+    let pixels: Vec<u16> = (0..4).flat_map(|i| noise(PIXELS, i)).collect();
+    let dir = folder(&[("a".to_owned(), file(&set.with(0x7fe0_0010, Value::Words("OW", pixels)), EXPLICIT, None))]);
+    for (frame, order) in [(0, [3, 2]), (1, [1, 0])] {
+        let volume = io::read_as(dir.path().join("a"), &Reading::new().choice(Choice::new().frame(frame))).unwrap();
+        assert_eq!(numbers(&volume), expected(order));
+        assert!(told(&volume, "differ in temporal position"), "{:?}", volume.notes());
+    }
     // A frame too few is described.
     let set = enhanced(&[2, 0, 3, 1], true).text(0x0028_0008, "IS", 3);
     assert!(one(&file(&set, EXPLICIT, None)).unwrap_err().to_string().contains("4 frames are described, there are 3"));
@@ -443,6 +464,7 @@ fn compressed_frames_to_the_voxel() {
         (JPEG_LOSSLESS, encapsulated(&jpeg, &[])),
         (JPEG_LOSSLESS, encapsulated(&halves, &starts[..3])),
         (JPEG_LOSSLESS, encapsulated(&halves, &[])),
+        (JPEG_LOSSLESS, encapsulated(&halves, &[0; 3])),
         (JPEG_LS, encapsulated(&jls, &[])),
         (
             "1.2.840.10008.1.2.1.98",
@@ -562,6 +584,8 @@ fn what_is_not_read_is_named() {
         stream
     };
     let wide = bare.clone().word(0x0028_0010, 8).word(0x0028_0011, 32);
+    let class = element(0x0002_0002, &Value::Text("UI", "1.2.840.10008.1.3.10".to_owned()), true, io::Endian::Little);
+    let listing = join(&[&[0; 128], b"DICM", &class, &file(&bare, EXPLICIT, None)[132..]]);
     for (bytes, says) in [
         (
             file(&bare, "1.2.840.10008.1.2.4.110", Some(&fragments)),
@@ -575,7 +599,12 @@ fn what_is_not_read_is_named() {
         (file(&bare, EXPLICIT, Some(&fragments)), "pixels are in fragments, the transfer syntax says that they are not"),
         (file(&set, RLE, None), "the pixels are not in fragments"),
         (file(&set.clone().word(0x0028_0010, 4), EXPLICIT, None), "5 x 4 pixels of 1 x 16 bits take 40 bytes, there are 30"),
-        (file(&set.clone().text(0x0028_0008, "IS", 2_000_000_000), EXPLICIT, None), "2000000000 frames are claimed"),
+        (file(&set.clone().text(0x0028_0008, "IS", 2_000_000_000), EXPLICIT, None), "frames: 2000000000 is over the limit of 65536"),
+        (
+            file(&set.clone().text(0x0028_0008, "IS", 60_000), EXPLICIT, None),
+            "60000 frames of 5 x 3 pixels of 1 x 16 bits take 1800000 bytes, there are 30",
+        ),
+        (file(&bare.clone().text(0x0028_0008, "IS", 60_000), RLE, Some(&fragments)), "60000 frames are claimed, 88 bytes follow"),
         (file(&set.clone().text(0x0028_0008, "IS", -1), EXPLICIT, None), "number of frames (0028,0008) is -1"),
         (file(&set.clone().word(0x0028_0010, 0), EXPLICIT, None), "number of rows (0028,0010) is 0"),
         (file(&set.clone().without(0x0028_0011), EXPLICIT, None), "there are pixels and no number of columns"),
@@ -590,6 +619,7 @@ fn what_is_not_read_is_named() {
         (file(&set.clone().text(0x0020_0032, "DS", "1\\2\\x"), EXPLICIT, None), "(0020,0032) is \"x\": not a number"),
         (file(&set.clone().numbers(0x0020_0037, &[1.0, 0.0, 0.0, 1.0, 0.0, 0.0]), EXPLICIT, None), "not of length 1 and at right angles"),
         (file(&set.clone().text(0x0008_0016, "UI", "1.2.840.10008.5.1.4.1.1.66.4"), EXPLICIT, None), "a DICOM file that is a segmentation"),
+        (listing, "a DICOM file that is a list of files (DICOMDIR): there are no voxels in it, give another file or the folder"),
         (b"nothing of the kind".to_vec(), "no DICOM file: it has neither"),
     ] {
         let line = one(&bytes).err().unwrap_or_else(|| panic!("read: {says}")).to_string();
@@ -734,6 +764,7 @@ fn damaged_files_never_panic_or_dawdle() {
     let path: PathBuf = dir.path().join("damaged.dcm");
     let mut random = Random(42);
     let (mut read, mut refused) = (0, 0);
+    let before = peak::peak();
     for seed in seeds() {
         std::fs::write(&path, &seed).unwrap();
         Volume::open(&path).unwrap();
@@ -778,6 +809,9 @@ fn damaged_files_never_panic_or_dawdle() {
         }
     }
     assert!(read > 300 && refused > 600, "{read} read, {refused} refused");
+    // Many of the files claim more; tests beside this one take a few.
+    let grown = peak::peak() - before;
+    assert!(grown < 256 << 20, "memory grew by {grown} bytes");
 }
 
 #[test]

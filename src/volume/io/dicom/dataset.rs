@@ -5,14 +5,17 @@ use super::header::{Header, MOST_FRAMES, text};
 use super::image::{Image, Photometric};
 use super::syntax::{Codec, Syntax};
 use super::tags::*;
-use crate::Result;
 use crate::volume::VoxelType;
 use crate::volume::io::Endian;
 use crate::volume::io::tree::Leaf;
+use crate::{Error, Result};
 use std::sync::Arc;
 
 /// Bytes before the magic.
 const PREAMBLE: usize = 128;
+
+/// The class of files that list the others of a folder.
+const DIRECTORY: &str = "1.2.840.10008.1.3.10";
 
 /// What a file turned out to be.
 pub(super) enum Found {
@@ -47,20 +50,24 @@ pub(super) fn look(leaf: Leaf) -> Result<Found> {
     if !magic && !looks_bare(head) {
         return Ok(Found::Nothing);
     }
-    let fault = |what: String| crate::Error::format(&path, what);
+    let fault = |what: String| Error::format(&path, what);
     let mut bytes = Bytes::new(source);
     if magic {
         bytes.skip(PREAMBLE as u64 + 4)?;
     }
-    let mut named = None;
+    let (mut named, mut is_list) = (None, false);
     while bytes.source.peek(6)?.starts_with(&[2, 0]) {
         let explicit = seen_encoding(bytes.source.peek(6)?).explicit;
         let element = bytes.element(if explicit { Encoding::EXPLICIT } else { Encoding::IMPLICIT })?;
         match element.length {
             Some(length) if element.tag == TRANSFER_SYNTAX => named = Some(text(&bytes.value(element, length)?)),
+            Some(length) if element.tag == MEDIA_CLASS => is_list = text(&bytes.value(element, length)?) == DIRECTORY,
             Some(length) => bytes.skip(length)?,
             None => return Err(fault(format!("{} has no length", shown(element.tag)))),
         }
+    }
+    if is_list {
+        return Ok(Found::Other("a list of files (DICOMDIR)"));
     }
     let seen = seen_encoding(bytes.source.peek(6)?);
     let mut syntax = named.filter(|uid| !uid.is_empty()).map_or_else(|| Syntax::unnamed(seen), |uid| Syntax::of(&uid));
@@ -87,6 +94,10 @@ pub(super) fn look(leaf: Leaf) -> Result<Found> {
     }
     let (layout, bits, mut unread) = header.layout(pixels.tag, syntax.codec).map_err(fault)?;
     let count = header.count(NUMBER_OF_FRAMES, "number of frames", 0, Some(1)).map_err(fault)?.max(1);
+    if count > MOST_FRAMES {
+        let what = format!("{}: frames", path.display());
+        return Err(Error::Limit { what, needed: count as u128, limit: MOST_FRAMES as u128 });
+    }
     let held = bytes.source.left();
     let whole = (layout.rows as u128) * (layout.columns as u128) * (layout.samples as u128) * u128::from(layout.allocated.div_ceil(8));
     let each = match (syntax.codec, pixels.length) {
@@ -110,7 +121,7 @@ pub(super) fn look(leaf: Leaf) -> Result<Found> {
         // Each frame has at least the head of a fragment.
         _ => 8,
     };
-    if count > MOST_FRAMES || (count as u128 * each > u128::from(held) && unread.is_none()) {
+    if count as u128 * each > u128::from(held) && unread.is_none() {
         return Err(fault(format!("{count} frames are claimed, {held} bytes follow, of at least {each} bytes each")));
     }
     if syntax.codec == Codec::Unread {

@@ -7,7 +7,7 @@ use crate::volume::io::Endian;
 use glam::DVec3;
 
 /// Most frames of one file.
-pub(super) const MOST_FRAMES: usize = 1 << 18;
+pub(super) const MOST_FRAMES: usize = 1 << 16;
 
 /// Sequences inside those of all frames and of each frame that are looked into.
 const MACROS: [u32; 10] = [

@@ -55,6 +55,8 @@ pub(super) const READER: Reader = Reader {
 
 /// Most files of a folder or archive that are looked into to find out whether it is one of DICOM files.
 const LOOKED_INTO: usize = 64;
+/// Most bytes of a compressed tar archive that are inflated to find it out.
+const INFLATED: u64 = 64 << 20;
 
 fn probe(clues: &Clues) -> Certainty {
     if has_magic(clues.head) {
@@ -67,9 +69,9 @@ fn probe(clues: &Clues) -> Certainty {
     if looks_bare(clues.head) { Certainty::Hint } else { clues.by_name(READER.extensions) }
 }
 
-/// Whether one of the first files in a folder or archive is a DICOM file.
+/// Whether one of the first files in a folder or archive is a DICOM file by its magic, or all of them look like some without.
 fn holds_dicom(clues: &Clues) -> bool {
-    let (mut found, mut seen) = (false, 0);
+    let (mut found, mut bare, mut seen, mut passed) = (false, true, 0, 0u64);
     // What cannot be opened is not of this format, or another reader says why.
     let tree = match clues.folder {
         Some(_) => Store::open(clues.path, clues.limits).and_then(Tree::of),
@@ -80,14 +82,17 @@ fn holds_dicom(clues: &Clues) -> bool {
     let looked = tree.and_then(|tree| {
         tree.visit(&|_| true, &mut |mut leaf| {
             seen += 1;
-            found = leaf.source.peek(132).is_ok_and(has_magic);
-            Ok(!found && seen < LOOKED_INTO)
+            let head = leaf.source.peek(132).unwrap_or_default();
+            found = has_magic(head);
+            bare &= looks_bare(head);
+            passed = passed.saturating_add(leaf.source.left());
+            Ok(!found && seen < LOOKED_INTO && (!clues.packed || passed < INFLATED))
         })
     });
-    found && looked.is_ok()
+    (found || (bare && seen > 0)) && looked.is_ok()
 }
 
-/// The study in `store`, the group that is taken of it, and that group's frames: of copies one alone.
+/// The study in `store`, and which of its groups is taken.
 fn chosen(store: Store, reading: &Reading) -> Result<(Tree, Study, usize)> {
     let tree = Tree::of(store)?;
     let study = Study::scan(&tree, reading)?;

@@ -9,7 +9,7 @@ use super::elements::Bytes;
 use super::geometry::{Plan, Stack};
 use super::image::{Bits, Image, Layout};
 use super::resample;
-use super::series::Study;
+use super::series::{Frame, Study};
 use super::syntax::Codec;
 use crate::volume::io::reading::Reading;
 use crate::volume::io::source::{Source, room};
@@ -19,6 +19,7 @@ use crate::volume::{Voxel, VoxelType, Voxels};
 use crate::{Error, Result};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
+use std::io::Read;
 
 /// Bytes of compressed frames and of what becomes of them that are gathered before they are decoded.
 const BATCH: usize = 32 << 20;
@@ -218,22 +219,21 @@ impl Sink<'_> {
         let Some(length) = Bytes::fragment(source)? else {
             return Err(source.fault("the pixels have no fragment"));
         };
-        let listed = length / 4 == count as u64 && count > 1;
         let mut starts = Vec::new();
-        if listed {
-            for _ in 0..count {
-                starts.push(u64::from(Endian::Little.u32(&fragment(source, 4)?)));
-            }
-            source.skip(length - 4 * count as u64)?;
+        if length / 4 == count as u64 && count > 1 {
+            let list = fragment(source, length)?;
+            starts.extend(list.chunks_exact(4).map(|start| u64::from(Endian::Little.u32(start))));
         } else {
             source.skip(length)?;
         }
+        // A list that cannot be one is not followed.
+        let listed = starts.first() == Some(&0) && starts.windows(2).all(|pair| pair[0] < pair[1]);
         // A frame that is much larger than its pixels is none.
         let most = image.layout.frame_bytes() as u64 * 4 + (1 << 20);
         let (mut number, mut at, mut frame) = (0, 0u64, Vec::new());
         while let Some(length) = Bytes::fragment(source)? {
             if frame.len() as u64 + length > most {
-                let what = format!("takes more than {most} bytes, {} times those of its pixels", 4);
+                let what = format!("takes more than {most} bytes, {} are those of its pixels", image.layout.frame_bytes());
                 return Err(Error::format(&image.path, frame_fault(image, number, &what)));
             }
             let data = fragment(source, length)?;
@@ -272,7 +272,6 @@ fn frame_fault(image: &Image, number: usize, what: &str) -> String {
 
 /// The `length` bytes of a fragment. They are taken as they come, so that none are taken for more than there are.
 fn fragment(source: &mut Source, length: u64) -> Result<Vec<u8>> {
-    use std::io::Read;
     let mut data = Vec::new();
     let path = source.path().to_path_buf();
     source.by_ref().take(length).read_to_end(&mut data).map_err(|e| Error::format(&path, format!("the pixels are damaged: {e}")))?;
@@ -303,7 +302,7 @@ fn values(layout: &Layout, frame: &[u8], (slope, intercept): (f64, f64), out: &m
 
 /// Slope and intercept of each slice; a slope that is not given is 1.
 fn rescales(study: &Study, stack: &Stack) -> Result<Vec<(f64, f64)>> {
-    let rescale = |frame: &super::series::Frame| {
+    let rescale = |frame: &Frame| {
         let image = &study.images[frame.image];
         let facts = &image.frames[frame.frame];
         let (slope, intercept) = (facts.slope.unwrap_or(1.0), facts.intercept.unwrap_or(0.0));

@@ -83,7 +83,9 @@ impl Study {
                 None if tree.is_one() => {
                     let what = match others.keys().next().copied() {
                         None | Some(NOTHING) => "no DICOM file: it has neither \"DICM\" at byte 128 nor a data set at its start".to_owned(),
-                        Some(what) => format!("a DICOM file that is {what}: there are no voxels in it"),
+                        Some(what) => {
+                            format!("a DICOM file that is {what}: there are no voxels in it, give another file or the folder of a series")
+                        }
                     };
                     Error::format(tree.path(), what)
                 }

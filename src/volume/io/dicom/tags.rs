@@ -2,6 +2,8 @@
 //!
 //! Source: DICOM PS3.6, chapter 6, <https://dicom.nema.org/medical/dicom/current/output/html/part06.html>.
 
+/// Media Storage SOP Class UID: what kind of object the file holds.
+pub(super) const MEDIA_CLASS: u32 = 0x0002_0002;
 /// Transfer Syntax UID.
 pub(super) const TRANSFER_SYNTAX: u32 = 0x0002_0010;
 /// Image Type.
