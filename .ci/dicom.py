@@ -2,7 +2,8 @@
 """Holds the DICOM reader against pydicom: `dicom.py SLICESTACK`, the command to test.
 
 Every file that pydicom brings for its own tests is read with both. Where both read it, sizes, spacing, and the smallest, largest and mean
-value must agree; where one does not, the table says why. A message of more than one line, a panic or a crash fails.
+value must agree; where one does not, the table says why. A message of more than one line, a panic or a crash fails. Exit status 3 where pydicom
+cannot be had.
 """
 
 import json
@@ -13,6 +14,9 @@ import sys
 import tempfile
 import venv
 
+# Exit status where the packages cannot be had.
+ABSENT = 3
+
 PACKAGES = ["pydicom==3.0.2", "numpy", "pylibjpeg", "pylibjpeg-libjpeg", "pylibjpeg-openjpeg", "pylibjpeg-rle"]
 
 
@@ -21,7 +25,9 @@ def inside():
     with tempfile.TemporaryDirectory() as folder:
         venv.create(folder, with_pip=True)
         python = os.path.join(folder, "bin", "python")
-        subprocess.run([python, "-m", "pip", "install", "--quiet", *PACKAGES], check=True)
+        if subprocess.run([python, "-m", "pip", "install", "--quiet", *PACKAGES]).returncode != 0:
+            print("the packages cannot be had here:", *PACKAGES)
+            return ABSENT
         return subprocess.run([python, __file__, *sys.argv[1:], "--inside"]).returncode
 
 

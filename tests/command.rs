@@ -391,13 +391,13 @@ fn volumes_come_through_standard_input() {
     let through: Value = serde_json::from_slice(&piped(dir.path(), &["info", "-", "--json"], &nrrd).stdout).unwrap();
     assert_eq!((&through["dimensions"], &through["histogram"]), (&of_file["dimensions"], &of_file["histogram"]));
     assert_eq!(through["name"], "standard input");
-    let picture = |args: &[&str]| [&["render"], args, &["--size", "16x12", "--count", "16", "--no-metadata"]].concat();
-    assert!(run(dir.path(), &picture(&["v.nrrd", "-o", "file.png"])).status.success());
-    let out = piped(dir.path(), &picture(&["-", "-o", "pipe.png"]), &nrrd);
+    let picture = |input, name| ["render", input, "-o", name, "--size", "16x12", "--count", "16", "--no-metadata"];
+    assert!(run(dir.path(), &picture("v.nrrd", "file.png")).status.success());
+    let out = piped(dir.path(), &picture("-", "pipe.png"), &nrrd);
     assert!(out.status.success(), "{}", text(&out.stderr));
     // A file that the shell opened.
     let shell = Command::new(env!("CARGO_BIN_EXE_slicestack"))
-        .args(picture(&["-", "-o", "shell.png"]))
+        .args(picture("-", "shell.png"))
         .current_dir(dir.path())
         .stdin(fs::File::open(dir.path().join("v.nrrd")).unwrap())
         .output()

@@ -18,7 +18,7 @@ mod opengl;
 mod progressive;
 mod slices;
 
-#[cfg(test)]
+#[cfg(all(test, feature = "explain"))]
 pub(crate) use finish::OverBackground;
 
 use crate::lanes::Level;

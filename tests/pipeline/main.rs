@@ -16,6 +16,7 @@ mod methods;
 mod oracle;
 mod pieces;
 mod projections;
+#[cfg(feature = "scene-file")]
 mod random_tolerance;
 mod skipping;
 mod tally;

@@ -40,9 +40,9 @@ fn matches(pattern: &str, name: &str) -> bool {
 /// - each name is that of a regular file directly in the folder: no folder, no link, no name with a separator;
 /// - names are UTF-8, sorted by their bytes, and there are at most [`MOST_ENTRIES`].
 pub(super) struct Folder {
-    path: PathBuf,
+    root: PathBuf,
     /// The path as given: the folder's, or a pattern of names in it.
-    shown: PathBuf,
+    path: PathBuf,
     names: Vec<String>,
     limits: Limits,
 }
@@ -67,7 +67,7 @@ impl Folder {
             }
         }
         names.sort_unstable();
-        Ok(Self { path: path.to_path_buf(), shown: path.to_path_buf(), names, limits: *limits })
+        Ok(Self { root: path.to_path_buf(), path: path.to_path_buf(), names, limits: *limits })
     }
 
     /// The files of a folder whose names `pattern` stands for: its last name may have `*` for any characters and `?` for one.
@@ -82,7 +82,7 @@ impl Folder {
         if folder.names.is_empty() {
             return Err(Error::format(pattern, "no file has such a name"));
         }
-        folder.shown = pattern.to_path_buf();
+        folder.path = pattern.to_path_buf();
         Ok(folder)
     }
 
@@ -93,18 +93,18 @@ impl Folder {
     pub(super) fn walk(&self) -> Result<Vec<String>> {
         let mut found = self.names.clone();
         // A pattern stands for files alone.
-        let mut open = if self.shown == self.path { vec![String::new()] } else { Vec::new() };
+        let mut open = if self.path == self.root { vec![String::new()] } else { Vec::new() };
         let mut count = 0;
         while let Some(inner) = open.pop() {
             if inner.matches('/').count() > DEEPEST {
-                return Err(Error::format(&self.shown, format!("folders more than {DEEPEST} deep in each other: {inner}")));
+                return Err(Error::format(&self.path, format!("folders more than {DEEPEST} deep in each other: {inner}")));
             }
-            let at = self.path.join(&inner);
+            let at = self.root.join(&inner);
             let fault = |e| Error::io(&at, e);
             for entry in std::fs::read_dir(&at).map_err(fault)? {
                 count += 1;
                 if count > MOST_ENTRIES {
-                    let what = format!("{}: entries of the folder and those in it", self.shown.display());
+                    let what = format!("{}: entries of the folder and those in it", self.path.display());
                     return Err(Error::Limit { what, needed: count as u128, limit: MOST_ENTRIES as u128 });
                 }
                 let entry = entry.map_err(fault)?;
@@ -135,7 +135,7 @@ impl Folder {
     /// As [`Folder::at`]; those of `see`.
     #[cfg(feature = "zarr")]
     pub(super) fn entries(&self, way: &str, mut see: impl FnMut(String, bool) -> Result<()>) -> Result<()> {
-        let found = if way.is_empty() { Some(self.path.clone()) } else { self.inside(way)? };
+        let found = if way.is_empty() { Some(self.root.clone()) } else { self.inside(way)? };
         let Some(path) = found.filter(|path| path.is_dir()) else { return Ok(()) };
         let fault = |e| Error::io(&path, e);
         for entry in std::fs::read_dir(&path).map_err(fault)? {
@@ -150,10 +150,10 @@ impl Folder {
 
     /// The path that `way` leads to; `None` where nothing is there.
     fn inside(&self, way: &str) -> Result<Option<PathBuf>> {
-        let mut path = self.path.clone();
+        let mut path = self.root.clone();
         for name in way.split('/') {
             if name.is_empty() || name == "." || name == ".." || name.contains(['\\', '\0', ':']) {
-                return Err(Error::format(&self.shown, format!("{way:?} is no way to a file of this folder")));
+                return Err(Error::format(&self.path, format!("{way:?} is no way to a file of this folder")));
             }
             path.push(name);
             match std::fs::symlink_metadata(&path) {
@@ -168,7 +168,7 @@ impl Folder {
 
     /// Where it is, for messages; the pattern where one was given.
     pub(super) fn path(&self) -> &Path {
-        &self.shown
+        &self.path
     }
 
     /// Names of its files, sorted.
@@ -186,11 +186,11 @@ impl Folder {
     /// # Errors
     /// When it is none of [`Folder::names`] or is no regular file any more; as [`Store::open`].
     pub(super) fn file(&self, name: &str) -> Result<Store> {
-        let path = self.path.join(name);
+        let path = self.root.join(name);
         let listed = self.names.iter().any(|n| n == name);
         // It may have been replaced by a link since the folder was listed.
         if !listed || !std::fs::symlink_metadata(&path).map_err(|e| Error::io(&path, e))?.is_file() {
-            return Err(Error::format(&self.path, format!("{name:?} is no file of this folder")));
+            return Err(Error::format(&self.root, format!("{name:?} is no file of this folder")));
         }
         Store::open(&path, &self.limits)
     }

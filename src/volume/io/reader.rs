@@ -26,6 +26,9 @@ pub(super) enum Certainty {
     Inner,
 }
 
+/// Lists what there is to choose from.
+type List = fn(Store, &Reading) -> Result<Vec<Item>>;
+
 /// All that is to be said about a format, in one place.
 pub(super) struct Reader {
     /// What the format is called.
@@ -41,7 +44,7 @@ pub(super) struct Reader {
     /// Reads the volume in a file or folder that was found to be of this format.
     pub(super) read: fn(Store, &Reading) -> Result<Volume>,
     /// What there is to choose from, without reading voxels; `None` for formats of one volume.
-    pub(super) list: Option<fn(Store, &Reading) -> Result<Vec<Item>>>,
+    pub(super) list: Option<List>,
 }
 
 /// A kind of file or folder that is recognised and not read.
