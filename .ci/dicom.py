@@ -94,8 +94,8 @@ def main():
                 want, why = None, str(e).splitlines()[0][:100] if str(e) else type(e).__name__
             info, told = found(command, path)
             if info is None or want is None:
-                verdict = "only pydicom" if want else "only the command" if info else "neither"
-                rows.append((shown, verdict, told or why))
+                if info or want:
+                    rows.append((shown, "only the command" if info else "only pydicom", told or why))
                 continue
             sizes, spacing, values = want
             faults = []

@@ -130,6 +130,11 @@ fn frames_and_channels_of_nrrd() {
         "type: uchar\ndimension: 4\nsizes: 2 1 2 3\nspace: LPS\nspace directions: (1,0,0) (0,2,0) (0,0,3) none\nencoding: raw";
     let volume = chosen("d.nrrd", nrrd(by_direction, &counting(12)), Choice::new().frame(2)).unwrap();
     assert_eq!((stored(&volume), spacing(&volume)), (vec![8.0, 9.0, 10.0, 11.0], [1.0, 2.0, 3.0]));
+    // Two axes of frames count on.
+    let five = nrrd("type: uchar\ndimension: 5\nsizes: 1 1 1 2 3\nkinds: space space space list time\nencoding: raw", &counting(6));
+    assert_eq!(stored(&chosen("g.nrrd", &five, Choice::new().frame(5)).unwrap()), [5.0]);
+    let both = nrrd("type: uchar\ndimension: 5\nsizes: 2 1 1 1 3\nkinds: list space space space list\nencoding: raw", &counting(6));
+    assert!(refused("h.nrrd", &both, Choice::new()).contains("both before and behind"));
     // Nothing tells: a short first axis is one of channels, else the last one is one of frames.
     let plain = |sizes: &str| nrrd(&format!("type: uchar\ndimension: 4\nsizes: {sizes}\nencoding: raw"), &[7; 1500]);
     assert_eq!(volume_of("e.nrrd", plain("3 5 5 5")).grid().dims(), [5, 5, 5]);
@@ -144,12 +149,12 @@ fn frames_and_channels_of_nrrd() {
 
 #[test]
 fn segments_of_nrrd_are_named() {
-    let head = "type: uchar\ndimension: 3\nsizes: 2 1 2\nencoding: raw\nSegment0_LabelValue:=1\nSegment0_Name:=left kidney\nSegment0_Color:=0.5 0.25 1\n\
+    let head = "type: uchar\ndimension: 3\nsizes: 2 1 2\nencoding: raw\nSegment0_LabelValue:=1\nSegment0_Name:=left\\\\kidney\nSegment0_Color:=0.5 0.25 1\n\
                 Segment1_LabelValue:=3\nSegment1_Name:=liver\nSegment2_Name:=no label";
     let volume = volume_of("a.seg.nrrd", nrrd(head, &counting(4)));
     let Channels::Label(segments) = volume.channels() else { panic!("{:?}", volume.channels()) };
     let told: Vec<_> = segments.iter().map(|s| (s.value, s.name.as_str(), s.color)).collect();
-    assert_eq!(told, [(1, "left kidney", Some([0.5, 0.25, 1.0])), (3, "liver", None)]);
+    assert_eq!(told, [(1, "left\\kidney", Some([0.5, 0.25, 1.0])), (3, "liver", None)]);
     let twice = volume_of("b.seg.nrrd", nrrd(&head.replace(":=3", ":=1"), &counting(4)));
     assert_eq!(twice.channels(), &Channels::Scalar);
     noted(&twice, &["the names of segments are left out", "same label 1"]);
@@ -196,6 +201,11 @@ fn voxels_of_nrrd_in_other_files() {
     assert_eq!(open("encoding: raw\nline skip: 1\nbyte skip: -1\ndata file: tail.raw\n"), Ok(whole.clone()));
     assert_eq!(open("encoding: raw\nline skip: 1\nbyte skip: 5\ndata file: tail.raw\n"), Ok(whole.clone()));
     assert!(open("encoding: hex\nbyte skip: -1\ndata file: tail.gz\n").unwrap_err().contains("byte skip is -1"));
+    dir.save("digits.txt", [&b"zzz"[..], counting(8).iter().map(|b| format!("{b:02x}")).collect::<String>().as_bytes()].concat());
+    assert_eq!(open("encoding: hex\nbyte skip: 3\ndata file: digits.txt\n"), Ok(whole.clone()));
+    dir.save("LISTA.raw", counting(8));
+    assert_eq!(open("data file: LISTA.raw\nencoding: raw\n"), Ok(whole.clone()));
+    assert!(open("encoding: raw\nline skip: -1\ndata file: LISTA.raw\n").unwrap_err().contains("line skip is -1"));
     let short = open("encoding: gzip\nbyte skip: -1\ndata file: short.gz\n");
     assert!(short.unwrap_err().contains("short.gz"));
     // Two slices in each of two files, by a pattern and by a list; compressed too.
@@ -409,6 +419,37 @@ fn sections_of_vtk_may_stand_anywhere() {
     let colors = vtk("ASCII", &[b"DIMENSIONS 2 1 1\nPOINT_DATA 2\nCOLOR_SCALARS rgba 4\n0 0.2 0.4 1 1 0.6 0 0\n"]);
     assert!(matches!(volume_of("c.vtk", &colors).colors(), Some(Colors::U8([[0, 51, 102, 255], [255, 153, 0, 0]]))));
     assert_eq!(stored(&chosen("c.vtk", &colors, Choice::new().channel(1)).unwrap()), [51.0, 153.0]);
+    // VTK writes every array of bytes so that is active, of however many components; in other sections bytes are whole numbers.
+    let mask = vtk("ASCII", &[b"DIMENSIONS 3 1 1\nPOINT_DATA 3\nCOLOR_SCALARS mask 1\n0 1 0.501961\n"]);
+    assert_eq!(stored(&volume_of("d.vtk", &mask)), [0.0, 255.0, 128.0]);
+    let whole = vtk("ASCII", &[b"DIMENSIONS 2 1 1\nPOINT_DATA 2\nSCALARS rgb unsigned_char 3\nLOOKUP_TABLE default\n0 128 255 1 2 3\n"]);
+    assert!(matches!(volume_of("e.vtk", &whole).colors(), Some(Colors::U8([[0, 128, 255, 255], [1, 2, 3, 255]]))));
+    let fields = vtk("ASCII", &[b"DIMENSIONS 2 1 1\nPOINT_DATA 2\nFIELD FieldData 2\na 1 2 float\n1.5 2\nb 1 2 int\n3 4\n"]);
+    assert_eq!(stored(&volume_of("f.vtk", &fields)), [1.5, 2.0]);
+    assert_eq!(stored(&chosen("f.vtk", &fields, Choice::new().array("b")).unwrap()), [3.0, 4.0]);
+}
+
+#[test]
+fn claims_that_would_take_long_end_soon() {
+    let start = std::time::Instant::now();
+    let texts = vtk("ASCII", &[b"DIMENSIONS 2 2 2\nFIELD f 1\nnames 1 999999999999999 string\nx\n"]);
+    assert!(refused("a.vtk", &texts, Choice::new()).contains("999999999999999 texts are announced, only 1 are there"));
+    let huge = vtk("ASCII", &[b"DIMENSIONS 2 1 1\nPOINT_DATA 2\nSCALARS a int 9223372036854775808\n1 2\n"]);
+    assert!(refused("b.vtk", &huge, Choice::new()).starts_with('/'));
+    let axes = "2 ".repeat(100_000);
+    let line = refused("c.nrrd", nrrd(&format!("type: uchar\ndimension: 100000\nsizes: {axes}\nencoding: raw"), &[]), Choice::new());
+    assert!(line.contains("100000 dimensions: at most 16"), "{line}");
+    let segments: String = (0..40_000).map(|i| format!("Segment{i}_LabelValue:={i}\n")).collect();
+    let head = format!("type: uchar\ndimension: 3\nsizes: 1 1 1\nencoding: raw\n{}", segments.trim_end());
+    assert!(volume_of("d.nrrd", nrrd(&head, &[1])).notes()[0].contains("does not fit u8"));
+    let many = npy_raw(2, &format!("{{'descr': '|u1', 'fortran_order': False, 'shape': ({}), }}", "1,".repeat(300_000)), &[1]);
+    assert!(refused("e.npy", &many, Choice::new()).contains("more than 64 dimensions"));
+    let wide = nrrd(
+        "type: uchar\ndimension: 4\nsizes: 20000000000 1 1 1\nkinds: vector domain domain domain\nencoding: bzip2",
+        &bzip2(&vec![0; 1 << 20]),
+    );
+    assert!(refused("f.nrrd", &wide, Choice::new()).contains("20000000000 numbers of u8 a voxel"));
+    assert!(start.elapsed() < std::time::Duration::from_secs(5), "{:?}", start.elapsed());
 }
 
 #[test]

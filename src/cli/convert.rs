@@ -12,7 +12,7 @@ use slicestack::volume::edit::{Retyped, Sampling, convert_type, crop, resample};
 use slicestack::volume::io::{self, WriteFormat, Writing, Written};
 use slicestack::volume::{Channels, VoxelType};
 use slicestack::{Error, Limits, Volume};
-use std::io::{ErrorKind, stdout};
+use std::io::{ErrorKind, Read, stdout};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -227,7 +227,47 @@ fn spare(args: &ConvertArgs, sink: &Sink, format: WriteFormat, input: &Path) -> 
         WriteFormat::MetaImage => |start| WriteFormat::MetaImage.wrote(start),
         _ => |start| WriteFormat::Raw.wrote(start),
     };
+    if let Sink::File(path) = sink {
+        if is_part_of(path, input) {
+            bail!(Usage(format!("{}: would overwrite a part of the input", path.display())));
+        }
+    }
     sink.spare(&format!("{format} volume that slicestack is known to have written (--force replaces it)"), is, &[input])
+}
+
+/// Most bytes of a header that are looked through for names of files.
+const HEADER: u64 = 1 << 20;
+
+/// Whether the file `out` is there and belongs to the volume `input`: what standard input comes from, a file of a folder or of a pattern, or the
+/// voxels that a header names.
+fn is_part_of(out: &Path, input: &Path) -> bool {
+    let Ok(real) = out.canonicalize() else { return false };
+    if input == Path::new("-") {
+        return super::output::is_same(Path::new("/dev/stdin"), &real);
+    }
+    if input.is_dir() {
+        return input.canonicalize().is_ok_and(|folder| real.starts_with(folder));
+    }
+    let folder = input.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let beside = folder.canonicalize().is_ok_and(|folder| real.parent() == Some(&folder));
+    if !input.exists() {
+        // A pattern.
+        return beside;
+    }
+    let extension = |path: &Path| path.extension().map(|e| e.to_ascii_lowercase()).unwrap_or_default();
+    let pair = |a: &str, b: &str| extension(input) == a && extension(&real) == b && input.file_stem() == real.file_stem();
+    if beside && (pair("hdr", "img") || pair("img", "hdr")) {
+        return true;
+    }
+    if !["mhd", "nhdr"].iter().any(|e| extension(input) == *e) {
+        return false;
+    }
+    let mut header = Vec::new();
+    let read = std::fs::File::open(input).and_then(|f| f.take(HEADER).read_to_end(&mut header));
+    let text = String::from_utf8_lossy(&header);
+    // Names with numbers in them stand for files beside the header.
+    let named = real.file_name().is_some_and(|name| text.contains(&*name.to_string_lossy()));
+    read.is_ok() && (named || beside && text.contains('%'))
 }
 
 /// Writes `volume`; `None` where nobody reads on.

@@ -144,6 +144,12 @@ fn space(volume: &Volume) -> Option<&'static str> {
     }
 }
 
+/// Bytes that the voxels take.
+fn bytes(volume: &Volume) -> usize {
+    let kind = volume.voxels().voxel_type();
+    volume.grid().voxel_count() * volume.channels().count() * kind.bytes()
+}
+
 /// The direction in the body that each axis of the voxels leads to, by its nearest letter: `LPS`, `RAS` ...
 fn orientation(volume: &Volume) -> Option<String> {
     let directions = volume.grid().directions();
@@ -170,7 +176,8 @@ fn as_json(volume: &Volume, depths: Option<SceneDepths>, items: &[Item]) -> Valu
         "dimensions": grid.dims(),
         "voxels": grid.voxel_count(),
         "type": volume.voxels().voxel_type().name(),
-        "bytes": volume.voxels().bytes(),
+        "bytes": bytes(volume),
+        "channels": volume.channels().count(),
         "spacing": grid.spacing(),
         "origin": grid.origin().to_array(),
         "directions": directions.to_cols_array_2d(),
@@ -200,14 +207,15 @@ fn as_text(volume: &Volume, depths: Option<SceneDepths>, items: &[Item]) -> Stri
     let [nx, ny, nz] = grid.dims();
     let list = |v: [f64; 3]| v.map(short).join(" ");
     let kind = volume.voxels().voxel_type();
-    let mib = volume.voxels().bytes() as f64 / (1 << 20) as f64;
+    let mib = bytes(volume) as f64 / (1 << 20) as f64;
+    let colors = volume.colors().is_some();
     let axes = grid.directions().to_cols_array_2d().map(list);
     let [low, high] = world_box(volume);
     let (slope, intercept) = volume.rescale();
     let guess = Guess::of(volume);
     let mut lines = vec![
         ("dimensions", format!("{nx} x {ny} x {nz} = {} voxels", grid.voxel_count())),
-        ("type", format!("{kind}, {mib:.1} MiB")),
+        ("type", format!("{kind}{}, {mib:.1} MiB", if colors { " x 4, red, green, blue and alpha" } else { "" })),
         ("spacing", list(grid.spacing())),
         ("origin", list(grid.origin().to_array())),
         ("axes", format!("({}) ({}) ({})", axes[0], axes[1], axes[2])),
@@ -219,9 +227,13 @@ fn as_text(volume: &Volume, depths: Option<SceneDepths>, items: &[Item]) -> Stri
         ),
         ("box", format!("({}) to ({})", list(low), list(high))),
         ("modality", volume.modality().name().unwrap_or("not stated").to_owned()),
-        ("taken for", format!("{}; first picture with {}", guess.reason, guess.preset.name())),
-        ("values", format!("{} to {}, mean {}", short(s.min), short(s.max), short(s.mean))),
     ];
+    if colors {
+        lines.push(("to render", "choose a channel, such as --volume.channel 0: a transfer function is of one number a voxel".to_owned()));
+    } else {
+        lines.push(("taken for", format!("{}; first picture with {}", guess.reason, guess.preset.name())));
+        lines.push(("values", format!("{} to {}, mean {}", short(s.min), short(s.max), short(s.mean))));
+    }
     if (slope, intercept) != (1.0, 0.0) {
         lines.push(("rescale", format!("value = {} * stored + {}", short(slope), short(intercept))));
     }
@@ -233,20 +245,25 @@ fn as_text(volume: &Volume, depths: Option<SceneDepths>, items: &[Item]) -> Stri
         let seen = depths.visible.map_or_else(String::new, |visible| format!(", what shows from {}", between(visible)));
         lines.push(("eye to", format!("box from {}{seen}", between(depths.whole))));
     }
-    lines.push(("histogram", histogram(&s.histogram)));
-    lines.push(("", format!("{:<half$}{:>half$}", short(s.min), short(s.max), half = COLUMNS / 2)));
+    if !colors {
+        lines.push(("histogram", histogram(&s.histogram)));
+        lines.push(("", format!("{:<half$}{:>half$}", short(s.min), short(s.max), half = COLUMNS / 2)));
+    }
     let name = if volume.name().is_empty() { "volume" } else { volume.name() };
     let mut text = format!("{name}\n");
     for (label, value) in lines {
         text += &format!("  {label:12}{value}\n");
     }
     for detail in volume.details() {
-        text += &format!("  {:12}{detail}\n", "by");
+        text += &format!("  {:12}{detail}\n", "placed by");
     }
     for note in volume.notes() {
         text += &format!("  {:12}{note}\n", "note");
     }
     text += &listed(items);
+    if colors {
+        return text;
+    }
     text += "presets\n";
     for (preset, why) in verdicts(volume) {
         text += &match why {

@@ -68,7 +68,7 @@ impl Sink {
 }
 
 /// Whether two names are those of one file: the same after links are followed, or two of its hard links.
-fn is_same(input: &Path, real: &Path) -> bool {
+pub(super) fn is_same(input: &Path, real: &Path) -> bool {
     #[cfg(unix)]
     if let (Ok(a), Ok(b)) = (input.metadata(), real.metadata()) {
         use std::os::unix::fs::MetadataExt;

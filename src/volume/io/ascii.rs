@@ -17,8 +17,8 @@ fn is_gap(b: u8) -> bool {
 ///
 /// # Errors
 /// When a number is missing, cannot be parsed, or does not fit the type; when the file is too short for so many; when anything but one
-/// of the words `sections` follows.
-pub(super) fn voxels(source: &mut Source, dims: [usize; 3], stored: Stored, sections: &[&str]) -> Result<Voxels> {
+/// of the words `sections` follows (`None`: anything may).
+pub(super) fn voxels(source: &mut Source, dims: [usize; 3], stored: Stored, sections: Option<&[&str]>) -> Result<Voxels> {
     // Each number takes at least a digit and a space. The last space may be missing: then one byte less will do.
     let count = match source.weigh(dims, stored, 2) {
         Err(Error::Format { .. }) if exactly_one_short(source, dims) => source.weigh(dims, stored, 1)?,
@@ -27,6 +27,7 @@ pub(super) fn voxels(source: &mut Source, dims: [usize; 3], stored: Stored, sect
     let mut voxels = Voxels::zeros(stored.voxel_type(), count);
     with_voxels!(&mut voxels, v => fill(source, v)?);
     let text = |token: &[u8]| String::from_utf8_lossy(token).into_owned();
+    let Some(sections) = sections else { return Ok(voxels) };
     let more = token(source)?.map(|t| text(&t)).filter(|t| !sections.iter().any(|s| t.eq_ignore_ascii_case(s)));
     if let Some(more) = more {
         return Err(source.fault(format!("more than {count} numbers: {} follows the last voxel", shown(&more))));

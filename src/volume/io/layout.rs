@@ -56,11 +56,19 @@ impl Layout {
         self
     }
 
-    /// The same with one more slow axis.
+    /// The same with one more slow axis. One behind another of the same part counts on: 5 frames of 4 each are 20 frames.
     #[must_use]
     pub(super) fn outer(mut self, part: Part, size: usize) -> Self {
-        self.outer.extend((size != 1).then_some(Axis { part, size }));
+        match self.outer.last_mut() {
+            Some(last) if last.part == part => last.size = last.size.saturating_mul(size),
+            _ => self.outer.extend((size != 1).then_some(Axis { part, size })),
+        }
         self
+    }
+
+    /// Whether a fast and a slow axis are of the same part, so that one number cannot choose both.
+    pub(super) fn is_ambiguous(&self) -> bool {
+        self.inner.is_some_and(|inner| self.outer.iter().any(|outer| outer.part == inner.part))
     }
 
     fn axes(&self) -> impl Iterator<Item = Axis> {
@@ -146,7 +154,7 @@ impl Layout {
                 let inner = self.inner.map_or(1, |a| a.size);
                 let [x, y, z] = self.dims;
                 let all = [x.saturating_mul(inner), y, z.saturating_mul(usize::try_from(blocks).unwrap_or(usize::MAX))];
-                let all = ascii::voxels(source, all, stored, &[])?;
+                let all = ascii::voxels(source, all, stored, Some(&[]))?;
                 if self.axes().next().is_none() { all } else { picked(&all, before * block, block, (inner, keep, colors)) }
             }
         };

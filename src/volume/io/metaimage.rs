@@ -1,6 +1,6 @@
 //! MetaImage: `Key = Value` lines, voxels in the same file (`.mha`) or beside it (`.mhd`).
 //!
-//! Source of the format: the MetaIO documentation, <https://itk.org/Wiki/MetaIO/Documentation>. Uncompressed data may be longer
+//! Source of the format: the MetaIO documentation, <https://itk.org/Wiki/MetaIO/Documentation>. Uncompressed binary data may be longer
 //! than the header says, as in MetaIO. `TransformMatrix` holds the direction of the first axis, then of the second, then of the
 //! third, as ITK reads it; a file that carries one is in the left-posterior-superior space of DICOM. A `:` may stand for the `=`, and lines that
 //! begin with `#` are comments, as MetaIO's own reader has it. A fourth dimension is one of frames.

@@ -27,6 +27,9 @@ pub(super) const READER: Reader = Reader {
 
 const MAGIC: &[u8] = b"\x93NUMPY";
 
+/// Most dimensions, as NumPy has it.
+const MOST_DIMENSIONS: usize = 64;
+
 /// What the header says.
 pub(super) struct Header {
     /// Sizes of the axes, in the file's order.
@@ -94,8 +97,11 @@ impl Header {
         Some(Layout::of_space(path, dims).inner(Part::Channel, color.unwrap_or(1), true).outer(Part::Frame, frames))
     }
 
-    /// What is wrong with an array that has no [`Header::dims`].
+    /// What is wrong with an array that has no [`Header::layout`].
     pub(super) fn no_volume(&self) -> String {
+        if self.fortran && self.shape.len() == 4 {
+            return format!("an array of 4 dimensions {:?} in Fortran order: frames are read in C order alone", self.shape);
+        }
         let axis = if self.shape.len() > 3 { format!(", axis 0 has size {}", self.shape[0]) } else { String::new() };
         format!("an array of {} dimensions {:?}{axis}: 3 are needed (z, y, x), or 4 (frame, z, y, x)", self.shape.len(), self.shape)
     }
@@ -186,6 +192,9 @@ fn shape(source: &Source, text: &str) -> Result<Vec<usize>> {
     let inside = text.strip_prefix('(').and_then(|t| t.split_once(')')).ok_or_else(|| fault("not a tuple of sizes"))?.0;
     // A tuple of one ends with a comma; Python 2 wrote an L behind long integers.
     let words = inside.split(',').map(|w| w.trim().trim_end_matches('L')).filter(|w| !w.is_empty());
+    if words.clone().nth(MOST_DIMENSIONS).is_some() {
+        return Err(fault(&format!("more than {MOST_DIMENSIONS} dimensions")));
+    }
     words
         .map(|w| match w.parse::<usize>() {
             Ok(0) => Err(fault("every size must be at least 1")),

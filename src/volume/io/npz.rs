@@ -4,7 +4,7 @@
 
 use super::npy;
 use super::reader::{Certainty, Reader};
-use super::reading::{Item, Part, Reading};
+use super::reading::{Item, Part, Reading, no_array};
 use super::store::Store;
 use super::zip::{Archive, Entry};
 use crate::volume::Volume;
@@ -19,6 +19,9 @@ pub(super) const READER: Reader = Reader {
     read,
     list: Some(list),
 };
+
+/// Most arrays of one archive.
+const MOST_ARRAYS: usize = 4096;
 
 /// An array of the archive.
 struct Found<'a> {
@@ -37,6 +40,9 @@ fn found<'a>(archive: &Archive, entries: &'a [Entry]) -> Result<(Vec<Found<'a>>,
     if arrays.is_empty() {
         let first = entries.first().map_or(String::new(), |e| format!(", only {:?}", e.name));
         return Err(archive.0.fault(format!("the zip archive holds {} files and no .npy array{first}", entries.len())));
+    }
+    if arrays.len() > MOST_ARRAYS {
+        return Err(archive.0.fault(format!("{} arrays: at most {MOST_ARRAYS} are looked into", arrays.len())));
     }
     let (mut found, mut others) = (Vec::new(), Vec::new());
     for entry in arrays {
@@ -60,10 +66,7 @@ fn found<'a>(archive: &Archive, entries: &'a [Entry]) -> Result<(Vec<Found<'a>>,
 /// Which array is read: the one of that name, else the first that is a volume.
 fn choose(archive: &Archive, found: &[Found], mut others: Vec<String>, reading: &Reading) -> Result<usize> {
     if let Some(name) = &reading.choice.array {
-        return found.iter().position(|f| f.name == name).ok_or_else(|| {
-            let names: Vec<String> = found.iter().take(8).map(|f| format!("{:?}", f.name)).collect();
-            archive.0.fault(format!("volume.array is {name:?}: there are {}", names.join(", ")))
-        });
+        return found.iter().position(|f| f.name == name).ok_or_else(|| archive.0.fault(no_array(name, found.iter().map(|f| f.name))));
     }
     found.iter().position(|f| f.volume).ok_or_else(|| {
         let more = if others.len() > 4 { format!(", and {} more", others.len() - 4) } else { String::new() };

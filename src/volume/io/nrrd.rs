@@ -1,7 +1,7 @@
 //! NRRD, "nearly raw raster data": text header, voxels in the same file or beside it.
 //!
-//! Source of the format: <https://teem.sourceforge.net/nrrd/format.html>. Data may be longer than the header says when it is
-//! not compressed, as in Teem.
+//! Source of the format: <https://teem.sourceforge.net/nrrd/format.html>. Binary data may be longer than the header says when it
+//! is not compressed, as in Teem.
 //!
 //! The spaces `left-anterior-superior` and `3D-left-handed` are left-handed, the world here is right-handed: their x axis is
 //! mirrored, which makes the first a right-anterior-superior space.
@@ -17,6 +17,7 @@ use super::{Endian, Stored};
 use crate::volume::{Grid, Modality, Segment, Space, Volume, VoxelType};
 use crate::{Error, Result};
 use glam::{DMat3, DVec3};
+use std::collections::BTreeMap;
 use std::path::Path;
 
 pub(super) const READER: Reader = Reader {
@@ -62,13 +63,13 @@ impl Header {
                     }
                     let parts = key.strip_prefix("Segment").and_then(|k| k.split_once('_'));
                     if let Some((number, what)) = parts.and_then(|(n, what)| Some((n.parse().ok()?, what))) {
-                        header.segments.push((number, what.to_owned(), note[1..].trim().to_owned()));
+                        header.segments.push((number, what.to_owned(), unescaped(note[1..].trim())));
                     }
                 }
                 Some((key, value)) => {
                     let key: String = key.chars().filter(|c| !c.is_whitespace()).collect();
                     let key = key.to_ascii_lowercase();
-                    let list = key == "datafile" && value.trim().starts_with("LIST");
+                    let list = key == "datafile" && value.split_ascii_whitespace().next() == Some("LIST");
                     header.fields.push((key, value.trim().to_owned()));
                     if list {
                         // The lines that follow are names of files.
@@ -89,12 +90,12 @@ impl Header {
 
     /// The segments of layer `layer` whose labels are told, by number.
     fn segments(&self, layer: usize) -> Vec<Segment> {
-        let said = |number: usize, what: &str| {
-            self.segments.iter().find(|(n, w, _)| *n == number && w == what).map(|(_, _, value)| value.as_str())
-        };
-        let mut numbers: Vec<usize> = self.segments.iter().map(|s| s.0).collect();
-        numbers.sort_unstable();
-        numbers.dedup();
+        let mut words: BTreeMap<(usize, &str), &str> = BTreeMap::new();
+        for (number, what, value) in &self.segments {
+            words.entry((*number, what)).or_insert(value);
+        }
+        let said = |number: usize, what: &'static str| words.get(&(number, what)).copied();
+        let numbers: Vec<usize> = words.keys().filter(|key| key.1 == "LabelValue").map(|key| key.0).collect();
         let segment = |number: usize| {
             let label = said(number, "LabelValue")?.parse().ok()?;
             if said(number, "Layer").is_some_and(|l| l.parse() != Ok(layer)) {
@@ -115,6 +116,24 @@ impl Header {
     }
 }
 
+/// A value with its `\\n` and `\\\\` turned back into a line end and a backslash.
+fn unescaped(value: &str) -> String {
+    let mut out = String::with_capacity(value.len());
+    let mut rest = value.chars();
+    while let Some(c) = rest.next() {
+        if c != '\\' {
+            out.push(c);
+            continue;
+        }
+        match rest.next() {
+            Some('n') => out.push('\n'),
+            Some(c) => out.push(c),
+            None => out.push('\\'),
+        }
+    }
+    out
+}
+
 fn voxel_type(field: Field) -> Result<Stored> {
     use VoxelType::{F32, F64, I8, I16, I32, U8, U16, U32};
     Ok(match field.value.to_ascii_lowercase().as_str() {
@@ -131,6 +150,9 @@ fn voxel_type(field: Field) -> Result<Stored> {
         _ => return Err(field.fault("no type that is read here")),
     })
 }
+
+/// Most dimensions, as Teem has it.
+const MOST_DIMENSIONS: usize = 16;
 
 /// What the file's axes are.
 struct Axes {
@@ -155,6 +177,9 @@ fn of_channels(kind: &str) -> Option<bool> {
 impl Axes {
     fn of(path: &Path, sizes: Field, kinds: Option<Field>, directions: Option<&[Option<Vec<f64>>]>) -> Result<Self> {
         let given = sizes.sizes()?;
+        if given.len() > MOST_DIMENSIONS {
+            return Err(sizes.fault(format!("{} dimensions: at most {MOST_DIMENSIONS} are read", given.len())));
+        }
         let words: Vec<&str> = kinds.map(|k| k.value.split_ascii_whitespace().collect()).unwrap_or_default();
         if let Some(kinds) = kinds.filter(|_| words.len() != given.len()) {
             return Err(kinds.fault(format!("{} kinds for {} dimensions", words.len(), given.len())));
@@ -201,6 +226,9 @@ impl Axes {
         }
         if fast > 1 {
             return Err(sizes.fault(format!("{fast} axes stand before those of space: only one is supported")));
+        }
+        if layout.is_ambiguous() {
+            return Err(sizes.fault("channels or frames stand both before and behind the axes of space: not supported"));
         }
         Ok(Self { layout, source, count: given.len() })
     }
@@ -326,6 +354,9 @@ impl Skips {
     fn of(header: &Header, path: &Path, wrapping: Wrapping) -> Result<Self> {
         let skip = |key| header.get(path, key).map_or(Ok(0), |f| f.integer());
         let skips = Self { lines: skip("line skip")?, bytes: skip("byte skip")? };
+        if skips.lines < 0 {
+            return Err(Error::format(path, format!("line skip is {}: it must be 0 or more", skips.lines)));
+        }
         let back = skips.bytes == -1 && matches!(wrapping, Wrapping::Raw | Wrapping::Gzip | Wrapping::Bzip2);
         if skips.bytes < 0 && !back {
             let what = format!("byte skip is {}: it must be 0 or more, or -1 with raw, gzip or bzip2 encoding", skips.bytes);
@@ -342,9 +373,14 @@ impl Skips {
             }
         }
         if let Ok(bytes) = u64::try_from(self.bytes) {
-            let mut source = wrapping.unwrap(source);
+            // Of compressed data the bytes that come out are skipped, else those of the file.
+            if matches!(wrapping, Wrapping::Gzip | Wrapping::Bzip2) {
+                source = wrapping.unwrap(source);
+                source.skip(bytes)?;
+                return Ok(source);
+            }
             source.skip(bytes)?;
-            return Ok(source);
+            return Ok(wrapping.unwrap(source));
         }
         let length = match again {
             _ if wrapping == Wrapping::Raw && !source.is_packed() && !source.is_pipe() => source.left(),

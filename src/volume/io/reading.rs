@@ -202,6 +202,17 @@ pub(super) fn pick(path: &Path, part: Part, chosen: Option<usize>, count: usize)
     }
 }
 
+/// What is said where there is no array `name`, but those of `names`.
+pub(super) fn no_array<'a>(name: &str, names: impl Iterator<Item = &'a str>) -> String {
+    const SHOWN: usize = 8;
+    let names: Vec<String> = names.map(|n| format!("{n:?}")).collect();
+    match names.len() {
+        0 => format!("volume.array is {name:?}: there is none that can be read"),
+        n if n > SHOWN => format!("volume.array is {name:?}: there are {}, and {} more", names[..SHOWN].join(", "), n - SHOWN),
+        _ => format!("volume.array is {name:?}: there are {}", names.join(", ")),
+    }
+}
+
 /// One of the things in a file or folder that can be chosen, or several of a kind in a row.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]

@@ -10,6 +10,9 @@ use std::path::{Path, PathBuf};
 /// Most files that voxels are spread over.
 const MOST_FILES: usize = 1 << 16;
 
+/// Longest name of a file, with its folders.
+const LONGEST_NAME: usize = 4096;
+
 /// What is done with a file before its first voxel comes: lines and bytes skipped, data inflated.
 pub(super) type Prepare = Box<dyn Fn(Source) -> Result<Source>>;
 
@@ -52,6 +55,10 @@ impl Pattern {
         if count > MOST_FILES as i128 {
             return Err(field.fault(format!("{count} files: at most {MOST_FILES} are read")));
         }
+        // A file system's longest name is far below.
+        if self.names.len() > LONGEST_NAME {
+            return Err(field.fault(format!("a name of {} bytes: at most {LONGEST_NAME} are read", self.names.len())));
+        }
         let number = |i: i128| i128::from(self.first) + i * i128::from(self.step);
         (0..count).map(|i| shaped(&self.names, number(i)).ok_or_else(|| field.fault("its % is no %d"))).collect()
     }
@@ -64,7 +71,7 @@ fn conversion(name: &str) -> Option<(usize, usize, bool, usize)> {
     let digits = rest.find(|c: char| !c.is_ascii_digit())?;
     let end = at + 1 + digits + 1;
     let width = &rest[..digits];
-    (matches!(&name[end - 1..end], "d" | "i" | "u") && !name[end..].contains('%') && digits < 3).then(|| {
+    (matches!(name.as_bytes()[end - 1], b'd' | b'i' | b'u') && !name[end..].contains('%') && digits < 3).then(|| {
         let wide = width.parse().unwrap_or(0);
         (at, end, width.starts_with('0'), wide)
     })
@@ -178,5 +185,8 @@ mod tests {
         let line = names("d%d 1 99999999 1", false).and_then(|n| n.0.err()).unwrap_or_default();
         assert!(line.contains("99999999 files"), "{line}");
         assert_eq!(names("e%s 1 2 1", true), None);
+        assert_eq!(names("f%é 1 2 1", true), None);
+        let line = names(&format!("{}%d 1 2 1", "x".repeat(5000)), true).and_then(|n| n.0.err()).unwrap_or_default();
+        assert!(line.contains("a name of 5002 bytes"), "{line}");
     }
 }

@@ -15,6 +15,9 @@ use std::path::Path;
 /// Most bytes of zeros or line ends that may follow voxels that ought to end the file.
 const PADDING: usize = 4096;
 
+/// Most bytes of one voxel of several numbers.
+const MOST_OF_A_VOXEL: u64 = 64 << 20;
+
 /// What may follow the last voxel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::volume::io) enum Tail {
@@ -143,6 +146,10 @@ impl Source {
                 self.left
             );
             return Err(self.fault(what));
+        }
+        // A voxel of all its numbers is in memory at a time.
+        if each as u64 > self.limits.voxel_bytes.min(MOST_OF_A_VOXEL) {
+            return Err(self.fault(format!("{components} numbers of {stored} a voxel: at most {MOST_OF_A_VOXEL} bytes a voxel are read")));
         }
         let mut voxels = Voxels::zeros(stored.voxel_type(), count * kept);
         let total = count as u64 * each as u64;

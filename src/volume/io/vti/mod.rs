@@ -111,7 +111,7 @@ fn numbers(contents: &mut Contents, coding: &Coding, array: &Array, stored: Stor
     };
     if let Content::Text(_) = array.content {
         let mut source = contents.open(array, coding, 0)?;
-        let all = ascii::voxels(&mut source, [row, ny, nz], stored, &[])?;
+        let all = ascii::voxels(&mut source, [row, ny, nz], stored, Some(&[]))?;
         return Ok(if components == 1 { all } else { of_text(&all, components, kept) });
     }
     let each = (components as u128).saturating_mul(stored.bytes() as u128);

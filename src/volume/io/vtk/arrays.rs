@@ -6,7 +6,7 @@ use crate::volume::io::Stored;
 use crate::volume::io::ascii;
 use crate::volume::io::field::{Field, shown};
 use crate::volume::io::source::Source;
-use crate::volume::{VoxelType, Voxels, with_voxels};
+use crate::volume::{Voxel, VoxelType, Voxels, with_voxels};
 use glam::DVec3;
 use std::ops::Range;
 
@@ -25,6 +25,8 @@ pub(super) struct Array {
     pub(super) in_field: bool,
     /// Whether its components are a colour.
     pub(super) color: bool,
+    /// Whether they are written as fractions of 1 where they stand as text: COLOR_SCALARS.
+    pub(super) fractions: bool,
     pub(super) components: usize,
     /// Type in the file's word; [`Array::stored`] is `None` where it is not read.
     pub(super) kind: String,
@@ -175,9 +177,10 @@ impl Scan {
     ) -> Result<bool> {
         let Some((cells, count)) = self.data else { return Err(field.fault("it comes before POINT_DATA or CELL_DATA")) };
         let stored = voxel_type(kind);
+        let fractions = color;
         let color = matches!(components, 3 | 4) && (color || active && stored == Some(VoxelType::U8.into()));
-        let array =
-            Array { name: name.to_owned(), cells, active, in_field: false, color, components, kind: kind.to_owned(), stored, count };
+        let (name, kind) = (name.to_owned(), kind.to_owned());
+        let array = Array { name, cells, active, in_field: false, color, fractions, components, kind, stored, count };
         self.add(source, array, count.saturating_mul(components))
     }
 
@@ -205,7 +208,7 @@ impl Scan {
                     let kind = kind.to_owned();
                     if self.add(
                         source,
-                        Array { name, cells, active: false, in_field: true, color, components, kind, stored, count },
+                        Array { name, cells, active: false, in_field: true, color, fractions: false, components, kind, stored, count },
                         numbers,
                     )? {
                         return Ok(true);
@@ -230,7 +233,7 @@ impl Scan {
             return Err(source.fault(format!("more than {MOST_ARRAYS} arrays")));
         }
         let stop = self.until == Some(self.arrays.len());
-        let (name, kind, in_field, color) = (array.name.clone(), array.kind.clone(), array.in_field, array.color);
+        let (name, kind, in_field, fractions) = (array.name.clone(), array.kind.clone(), array.in_field, array.fractions);
         self.arrays.push(array);
         if stop {
             return Ok(true);
@@ -238,7 +241,7 @@ impl Scan {
         let path = source.path().to_path_buf();
         let key = if in_field { "FIELD" } else { "SCALARS" };
         let field = Field::new(&path, key, &name);
-        if color && !self.binary {
+        if fractions && !self.binary {
             self.pass(source, numbers, 1)?;
         } else {
             self.pass_kind(source, field, &name, &kind, numbers)?;
@@ -253,8 +256,10 @@ impl Scan {
             "bit" if self.binary => return source.skip((numbers as u64).div_ceil(8)),
             // Texts, a line each.
             "string" | "utf8_string" if !self.binary => {
-                for _ in 0..numbers {
-                    source.line()?;
+                for at in 0..numbers {
+                    if source.line()?.is_none() {
+                        return Err(field.fault(format!("{numbers} texts are announced, only {at} are there")));
+                    }
                 }
                 return Ok(());
             }
@@ -299,7 +304,13 @@ pub(super) fn bytes_of(fractions: &Voxels, components: usize, keep: Range<usize>
     Voxels::U8(bytes.into())
 }
 
-/// One component of `components` a voxel.
-pub(super) fn component(all: &Voxels, components: usize, channel: usize) -> Voxels {
-    with_voxels!(all, v => Voxels::from(v.iter().skip(channel).step_by(components).copied().collect::<Vec<_>>()))
+/// Of numbers, `components` a voxel: those in `keep`, with the largest number of the type behind three that are colours.
+pub(super) fn picked(all: &Voxels, components: usize, keep: Range<usize>, colors: bool) -> Voxels {
+    fn of<T: Voxel>(all: &[T], components: usize, keep: Range<usize>, opaque: bool) -> Voxels {
+        let alpha = opaque.then(|| T::from_f64(T::TYPE.limits().1));
+        let numbers: Vec<T> = all.chunks_exact(components).flat_map(|v| v[keep.clone()].iter().copied().chain(alpha)).collect();
+        numbers.into()
+    }
+    let opaque = colors && keep.len() == 3;
+    with_voxels!(all, v => of(v, components, keep, opaque))
 }

@@ -8,7 +8,7 @@ mod arrays;
 
 use super::field::{Field, grid, named};
 use super::reader::{Certainty, Reader};
-use super::reading::{Item, Part, Reading, pick};
+use super::reading::{Item, Part, Reading, no_array, pick};
 use super::source::{Source, Tail};
 use super::store::Store;
 use super::{Endian, ascii};
@@ -28,7 +28,7 @@ pub(super) const READER: Reader = Reader {
 };
 
 /// What may start a section after the voxels.
-const SECTIONS: [&str; 13] = [
+const SECTIONS: [&str; 14] = [
     "METADATA",
     "SCALARS",
     "COLOR_SCALARS",
@@ -37,6 +37,7 @@ const SECTIONS: [&str; 13] = [
     "NORMALS",
     "TEXTURE_COORDINATES",
     "TENSORS",
+    "TENSORS6",
     "FIELD",
     "POINT_DATA",
     "CELL_DATA",
@@ -56,10 +57,10 @@ fn check_rest(source: &mut Source, bytes: u64) -> Result<()> {
 /// component before others.
 fn choose(source: &Source, arrays: &[Array], reading: &Reading) -> Result<usize> {
     if let Some(name) = &reading.choice.array {
-        return arrays.iter().position(|a| a.name == *name).ok_or_else(|| {
-            let names: Vec<String> = arrays.iter().take(8).map(|a| format!("{:?}", a.name)).collect();
-            source.fault(format!("volume.array is {name:?}: there are {}", names.join(", ")))
-        });
+        return arrays
+            .iter()
+            .position(|a| a.name == *name)
+            .ok_or_else(|| source.fault(no_array(name, arrays.iter().map(|a| a.name.as_str()))));
     }
     let rank = |a: &Array| (a.cells, !a.active, a.components != 1);
     let usable = arrays.iter().enumerate().filter(|(_, a)| a.stored.is_some());
@@ -83,7 +84,7 @@ fn list(store: Store, reading: &Reading) -> Result<Vec<Item>> {
     }
     let array = &scan.arrays[taken];
     if array.components > 1 {
-        let about = if array.color { "together they are a colour" } else { "one of them is read" };
+        let about = if array.color && reading.choice.channel.is_none() { "together they are a colour" } else { "one of them is read" };
         items.push(Item::row(Part::Channel, array.components, about));
     }
     Ok(items)
@@ -140,19 +141,18 @@ fn read(store: Store, reading: &Reading) -> Result<Volume> {
     }
     let keep = if colors { 0..components } else { channel..channel + 1 };
     let bytes = (array.count as u64).saturating_mul(components as u64).saturating_mul(stored.bytes() as u64);
+    // Behind an array of a field another one may follow, of any name.
+    let sections = if array.in_field { None } else { Some(&SECTIONS[..]) };
+    let flat = [dims[0].saturating_mul(components), dims[1], dims[2]];
     let voxels = match (scan.binary, components) {
         (true, 1) => source.voxels(dims, stored, Endian::Big, Tail::Unchecked)?,
         (true, _) => source.interleaved(dims, stored, Endian::Big, (components, keep, colors), Tail::Unchecked)?,
-        (false, 1) => ascii::voxels(&mut source, dims, stored, &SECTIONS)?,
-        (false, _) if array.color => {
-            // As text colours are written as fractions of 1.
-            let fractions = ascii::voxels(&mut source, [dims[0] * components, dims[1], dims[2]], VoxelType::F32.into(), &SECTIONS)?;
+        (false, _) if array.fractions => {
+            let fractions = ascii::voxels(&mut source, flat, VoxelType::F32.into(), sections)?;
             arrays::bytes_of(&fractions, components, keep, colors)
         }
-        (false, _) => {
-            let all = ascii::voxels(&mut source, [dims[0] * components, dims[1], dims[2]], stored, &SECTIONS)?;
-            arrays::component(&all, components, channel)
-        }
+        (false, 1) => ascii::voxels(&mut source, dims, stored, sections)?,
+        (false, _) => arrays::picked(&ascii::voxels(&mut source, flat, stored, sections)?, components, keep, colors),
     };
     if scan.binary && !array.in_field {
         check_rest(&mut source, bytes)?;

@@ -114,7 +114,13 @@ impl WriteFormat {
             Self::Nifti if start.starts_with(&[0x5c, 1, 0, 0]) => &[],
             Self::Nifti | Self::Npy | Self::Raw => &[0x1f, 0x8b],
         };
-        start.starts_with(magic) && start.windows(AUTHOR.len()).any(|w| w == AUTHOR.as_bytes())
+        // NIfTI files have the name in their description, gzip files in their comment.
+        let mark = match self {
+            Self::Nrrd => format!("\n# written by {AUTHOR}"),
+            Self::MetaImage => format!("Comment = written by {AUTHOR}"),
+            Self::Nifti | Self::Npy | Self::Raw => AUTHOR.to_owned(),
+        };
+        start.starts_with(magic) && start.windows(mark.len()).any(|w| w == mark.as_bytes())
     }
 }
 
@@ -325,7 +331,7 @@ fn encode(volume: &Volume, out: &mut dyn Write, name: &Path, format: WriteFormat
             WriteFormat::Nrrd => Ok(nrrd::header(&page)),
             WriteFormat::Nifti => nifti::header(&mut page),
             WriteFormat::MetaImage => Ok(metaimage::header(&mut page)),
-            WriteFormat::Npy => Ok(npy::header(&mut page)),
+            WriteFormat::Npy => npy::header(&mut page),
             WriteFormat::Raw => raw::header(&mut page),
         },
     )?;

@@ -121,7 +121,7 @@ fn geometry(page: &mut Page, bytes: &mut Bytes) -> Result<()> {
     match grid.space() {
         Space::Unknown if grids::is_upright(grid) && grid.origin() == DVec3::ZERO => {
             // Both transforms have the code 0: the voxels' sizes are all that is known.
-            page.note("NIfTI-1 has no grid without anatomy: read again, its axes go to right, front and top");
+            page.note("the volume does not say how its axes lie in the body, and neither does the file: other programs may take them for right, front and top");
             return Ok(());
         }
         Space::Unknown => page.note("NIfTI-1 takes the axes of the world for right, front and top; the volume does not say what they are"),

@@ -41,8 +41,13 @@ impl<'v> Numbers<'v> {
             return stored;
         }
         let kind = kind_of_values(volume);
+        let why = if format == WriteFormat::Nifti {
+            "keeps slope and intercept in f32, which cannot hold these"
+        } else {
+            "keeps no slope and intercept"
+        };
         notes.push(format!(
-            "{format} keeps no slope and intercept: the voxels of {} were written as the values that they stand for, {slope} x stored + {intercept}, in {kind}",
+            "{format} {why}: the voxels of {} were written as the values that they stand for, {slope} x stored + {intercept}, in {kind}",
             stored.kind()
         ));
         Self { values: Some((kind, slope, intercept)), ..stored }

@@ -1,7 +1,7 @@
 //! Raw files as they are written: voxels alone.
 
 use super::{Page, WriteFormat, grids};
-use crate::volume::Channels;
+use crate::volume::{Channels, Space};
 use crate::{Error, Result};
 use glam::DVec3;
 
@@ -26,7 +26,12 @@ pub(super) fn header(page: &mut Page) -> Result<Vec<u8>> {
             flags += &format!(" --volume.origin {}", grids::text(grid.origin().to_array(), ","));
         }
     } else {
+        let (spacing, origin) = (grid.spacing(), grid.origin().to_array());
+        flags += &format!(" --volume.spacing {} --volume.origin {}", grids::text(spacing, ","), grids::text(origin, ","));
         page.note("a raw file keeps no grid: the directions of the axes are left out");
+    }
+    if page.volume.grid().space() != Space::Unknown {
+        page.note("a raw file does not say how the axes lie in the body");
     }
     page.note(format!("to read it again, give {flags}"));
     page.lost_names(WriteFormat::Raw);
