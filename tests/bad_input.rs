@@ -451,7 +451,7 @@ fn folders_are_refused_with_what_may_be_given() {
         assert!(line.starts_with(&format!("{}: is a directory", folder.display())) && !line.contains('\n'), "{line}");
         line
     };
-    assert!(told().ends_with("not a file: give one volume file; there are no files in it"), "{}", told());
+    assert!(told().ends_with("is a directory, not a volume: there are no files in it"), "{}", told());
     put("notes.txt", b"nothing to see");
     assert!(told().ends_with("the one file in it is of no format that is known"), "{}", told());
     put("empty.nrrd", b"");
@@ -468,7 +468,7 @@ fn folders_are_refused_with_what_may_be_given() {
     std::os::unix::fs::symlink("below/A.nrrd", folder.join("B.nrrd")).unwrap();
     assert!(told().contains("\"IM1\""), "{}", told());
     put("head.nrrd", &nrrd(&sample, LE, "raw"));
-    assert!(told().ends_with("is a directory, not a file: give one volume file, such as \"head.nrrd\" in it"), "{}", told());
+    assert!(told().ends_with("is a directory, not a volume: give one volume file, such as \"head.nrrd\" in it"), "{}", told());
     // Some kinds of folders are known as such.
     if !cfg!(feature = "zarr") {
         put(".zarray", b"{}");

@@ -12,7 +12,7 @@ use slicestack::volume::edit::{Retyped, Sampling, convert_type, crop, resample};
 use slicestack::volume::io::{self, WriteFormat, Writing, Written};
 use slicestack::volume::{Channels, VoxelType};
 use slicestack::{Error, Limits, Volume};
-use std::io::{ErrorKind, Read, stdout};
+use std::io::{ErrorKind, stdout};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -41,7 +41,8 @@ pub(super) struct ConvertArgs {
     /// Make so many voxels in the same box. Where that are fewer, each is the mean of those in its place; labels are never mixed.
     #[arg(long, value_name = "NxNxN")]
     size: Option<String>,
-    /// Convert the values, slope and intercept applied, to this type: rounded to nearest, clipped to what it holds.
+    /// Convert the values, slope and intercept applied, to this type: rounded to nearest, clipped to what it holds. Of colours the largest
+    /// number of an integer type, and 1 in f32, stand for the same.
     #[arg(long = "type", value_name = "TYPE", value_parser = PossibleValuesParser::new(VoxelType::ALL.map(VoxelType::name)))]
     kind: Option<String>,
     /// Spread these values over all numbers of the integer type. A slope and an intercept turn them back: NIfTI and MetaImage keep them, for
@@ -148,7 +149,7 @@ impl Plan {
         }
         // A scale rounds on purpose.
         if done.rounded > 0 && self.scale.is_none() {
-            complain("note", &format!("{} of {count} voxels were rounded to {kind}", done.rounded));
+            complain("note", &format!("{} of {count} numbers were rounded to {kind}", done.rounded));
         }
     }
 }
@@ -187,6 +188,9 @@ pub(super) fn run(args: &ConvertArgs) -> Result<()> {
         (None, Sink::Stdout) => WriteFormat::Nrrd,
         (None, Sink::File(path)) => WriteFormat::of_path(path).map_err(|e| Usage(e.to_string()))?.0,
     };
+    if let Sink::File(path) = &sink {
+        Writing::new().format(named).compress(args.compress).check(path).map_err(|e| Usage(e.to_string()))?;
+    }
     spare(args, &sink, format, &args.input)?;
     catch_signals()?;
     let mut overrides = Overrides::default();
@@ -227,58 +231,20 @@ fn spare(args: &ConvertArgs, sink: &Sink, format: WriteFormat, input: &Path) -> 
         WriteFormat::MetaImage => |start| WriteFormat::MetaImage.wrote(start),
         _ => |start| WriteFormat::Raw.wrote(start),
     };
-    if let Sink::File(path) = sink {
-        if is_part_of(path, input) {
-            bail!(Usage(format!("{}: would overwrite a part of the input", path.display())));
-        }
-    }
     sink.spare(&format!("{format} volume that slicestack is known to have written (--force replaces it)"), is, &[input])
-}
-
-/// Most bytes of a header that are looked through for names of files.
-const HEADER: u64 = 1 << 20;
-
-/// Whether the file `out` is there and belongs to the volume `input`: what standard input comes from, a file of a folder or of a pattern, or the
-/// voxels that a header names.
-fn is_part_of(out: &Path, input: &Path) -> bool {
-    let Ok(real) = out.canonicalize() else { return false };
-    if input == Path::new("-") {
-        return super::output::is_same(Path::new("/dev/stdin"), &real);
-    }
-    if input.is_dir() {
-        return input.canonicalize().is_ok_and(|folder| real.starts_with(folder));
-    }
-    let folder = input.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let beside = folder.canonicalize().is_ok_and(|folder| real.parent() == Some(&folder));
-    if !input.exists() {
-        // A pattern.
-        return beside;
-    }
-    let extension = |path: &Path| path.extension().map(|e| e.to_ascii_lowercase()).unwrap_or_default();
-    let pair = |a: &str, b: &str| extension(input) == a && extension(&real) == b && input.file_stem() == real.file_stem();
-    if beside && (pair("hdr", "img") || pair("img", "hdr")) {
-        return true;
-    }
-    if !["mhd", "nhdr"].iter().any(|e| extension(input) == *e) {
-        return false;
-    }
-    let mut header = Vec::new();
-    let read = std::fs::File::open(input).and_then(|f| f.take(HEADER).read_to_end(&mut header));
-    let text = String::from_utf8_lossy(&header);
-    // Names with numbers in them stand for files beside the header.
-    let named = real.file_name().is_some_and(|name| text.contains(&*name.to_string_lossy()));
-    read.is_ok() && (named || beside && text.contains('%'))
 }
 
 /// Writes `volume`; `None` where nobody reads on.
 fn write(volume: &Volume, sink: &Sink, format: WriteFormat, writing: &Writing) -> Result<Option<Written>> {
     match sink {
         Sink::File(path) => {
-            enter(Phase::Streaming);
+            // A pipe or a device is no file to finish.
+            let whole = path.is_file() || !path.exists();
+            enter(if whole { Phase::Streaming } else { Phase::Idle });
             Ok(Some(io::write(volume, path, writing)?))
         }
         Sink::Stdout => {
-            enter(Phase::Rendering);
+            enter(Phase::Idle);
             match io::write_to(volume, &mut stdout().lock(), format, writing) {
                 Err(Error::Io { source, .. }) if source.kind() == ErrorKind::BrokenPipe => Ok(None),
                 written => Ok(Some(written?)),

@@ -12,7 +12,7 @@ use slicestack::scene::preset::Guess;
 use slicestack::scene::{Overrides, Preset, SceneDepths};
 use slicestack::study::{Units, joint_histogram_png};
 use slicestack::volume::io::{self, Format, Item};
-use slicestack::volume::{JointHistogram, Modality, Space, VolumeSource};
+use slicestack::volume::{JointHistogram, LengthUnit, Modality, Space, VolumeSource};
 use slicestack::{Limits, Volume};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -45,9 +45,10 @@ Examples:
 /// What stands below the flags: examples, and the formats by their own words.
 fn help() -> String {
     let mut text = format!("{EXAMPLES}\n\nFormats (all but archives also inside gzip, .gz):");
+    let extensions = |format: &Format| format.extensions().iter().map(|e| format!(".{e}")).collect::<Vec<_>>().join(" ");
+    let widest = Format::ALL.iter().map(|f| extensions(f).len()).max().unwrap_or(0);
     for format in Format::ALL {
-        let extensions: Vec<String> = format.extensions().iter().map(|e| format!(".{e}")).collect();
-        text += &format!("\n  {:15}{:19}{}", format.name(), extensions.join(" "), format.reads());
+        text += &format!("\n  {:15}{:widest$}  {}", format.name(), extensions(format), format.reads());
     }
     text
 }
@@ -179,6 +180,7 @@ fn as_json(volume: &Volume, depths: Option<SceneDepths>, items: &[Item]) -> Valu
         "bytes": bytes(volume),
         "channels": volume.channels().count(),
         "spacing": grid.spacing(),
+        "unit": volume.unit().map(LengthUnit::name),
         "origin": grid.origin().to_array(),
         "directions": directions.to_cols_array_2d(),
         "space": space(volume),
@@ -216,7 +218,7 @@ fn as_text(volume: &Volume, depths: Option<SceneDepths>, items: &[Item]) -> Stri
     let mut lines = vec![
         ("dimensions", format!("{nx} x {ny} x {nz} = {} voxels", grid.voxel_count())),
         ("type", format!("{kind}{}, {mib:.1} MiB", if colors { " x 4, red, green, blue and alpha" } else { "" })),
-        ("spacing", list(grid.spacing())),
+        ("spacing", list(grid.spacing()) + &volume.unit().map_or_else(String::new, |unit| format!(" {}s", unit.name()))),
         ("origin", list(grid.origin().to_array())),
         ("axes", format!("({}) ({}) ({})", axes[0], axes[1], axes[2])),
         ("space", space(volume).unwrap_or("not stated").to_owned()),
@@ -289,7 +291,7 @@ fn listed(items: &[Item]) -> String {
             n => format!("{} to {}", item.id, n - 1),
         };
         let mark = if item.taken { '*' } else { ' ' };
-        text += &format!("  {mark} {:18}{}\n", format!("{} {id}", item.part), item.about);
+        text += &format!("  {mark} {:18} {}\n", format!("{} {id}", item.part), item.about);
     }
     text
 }

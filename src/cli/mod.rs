@@ -182,5 +182,6 @@ fn told(e: &clap::Error) -> ExitCode {
 /// One line on stderr, whatever `text` holds.
 fn complain(kind: &str, text: &str) {
     let text: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
-    eprintln!("{kind}: {text}");
+    // In one piece: other commands of a pipe may write at the same time. Where nobody listens nothing is lost.
+    let _ = std::io::Write::write_all(&mut std::io::stderr(), format!("{kind}: {text}\n").as_bytes());
 }

@@ -1,6 +1,7 @@
 //! Where results go: a file that appears whole, or stdout.
 
 use super::Usage;
+use super::progress::{Phase, enter};
 use anyhow::{Context, Result, bail};
 use slicestack::Plane;
 use slicestack::picture::{Depth, Format, write_whole};
@@ -49,6 +50,9 @@ impl Sink {
         }
         let mut head = Vec::new();
         File::open(&real).and_then(|f| f.take(1024).read_to_end(&mut head)).with_context(|| path.display().to_string())?;
+        if inputs.iter().any(|input| is_part_of(&real, &head, input)) {
+            bail!(Usage(format!("{}: would overwrite a part of the input", path.display())));
+        }
         if !head.is_empty() && !is(&head) {
             bail!(Usage(format!("{}: is there already and is no {kind}; remove it or choose another name", path.display())));
         }
@@ -62,19 +66,61 @@ impl Sink {
     pub(super) fn write(&self, bytes: &[u8]) -> Result<()> {
         match self {
             Self::File(path) => Ok(write_whole(path, bytes)?),
-            Self::Stdout => print(bytes),
+            Self::Stdout => {
+                // Whoever reads may take for ever: there is no file to finish.
+                enter(Phase::Idle);
+                print(bytes)
+            }
         }
     }
 }
 
 /// Whether two names are those of one file: the same after links are followed, or two of its hard links.
-pub(super) fn is_same(input: &Path, real: &Path) -> bool {
+fn is_same(input: &Path, real: &Path) -> bool {
     #[cfg(unix)]
     if let (Ok(a), Ok(b)) = (input.metadata(), real.metadata()) {
         use std::os::unix::fs::MetadataExt;
         return (a.dev(), a.ino()) == (b.dev(), b.ino());
     }
     input.canonicalize().is_ok_and(|input| input == real)
+}
+
+/// What a file that this command wrote has among its first bytes.
+const OWN: &[u8] = b"slicestack";
+
+/// Most bytes of a header that are looked through for names of files.
+const HEADER: u64 = 1 << 20;
+
+/// Whether the file `real`, which begins with `start`, belongs to the volume `input`: what standard input comes from, a file of a folder or of a
+/// pattern, or the voxels that a header names. Files in a folder that this command wrote belong to nothing.
+fn is_part_of(real: &Path, start: &[u8], input: &Path) -> bool {
+    let own = start.windows(OWN.len()).any(|w| w == OWN);
+    if input == Path::new("-") {
+        return is_same(Path::new("/dev/stdin"), real);
+    }
+    if input.is_dir() {
+        return !own && input.canonicalize().is_ok_and(|folder| real.starts_with(folder));
+    }
+    let folder = input.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let beside = folder.canonicalize().is_ok_and(|folder| real.parent() == Some(&folder));
+    if !input.exists() {
+        // A pattern.
+        return !own && beside;
+    }
+    let extension = |path: &Path| path.extension().map(|e| e.to_ascii_lowercase()).unwrap_or_default();
+    let pair = |a: &str, b: &str| extension(input) == a && extension(real) == b && input.file_stem() == real.file_stem();
+    if beside && (pair("hdr", "img") || pair("img", "hdr")) {
+        return true;
+    }
+    if !["mhd", "nhdr"].iter().any(|e| extension(input) == *e) {
+        return false;
+    }
+    let mut header = Vec::new();
+    let read = File::open(input).and_then(|f| f.take(HEADER).read_to_end(&mut header));
+    let text = String::from_utf8_lossy(&header);
+    // Names with numbers in them stand for files beside the header.
+    let named = real.file_name().is_some_and(|name| text.contains(&*name.to_string_lossy()));
+    read.is_ok() && (named || beside && text.contains('%'))
 }
 
 /// Writes `bytes` to stdout. A reader that has gone (`| head`) is no error.

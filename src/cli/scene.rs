@@ -152,7 +152,9 @@ pub(super) fn load(source: &VolumeSource, limits: &Limits) -> Result<Volume> {
 /// [`Usage`] for a name that is no text.
 pub(super) fn scene_of<'a>(input: Option<&'a Path>, overrides: &mut Overrides) -> Result<SceneText<'a>> {
     let Some(path) = input else { return Ok(SceneText::Text("")) };
-    let scene = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml") || e.eq_ignore_ascii_case("json"));
+    // The metadata of a Zarr ends like a scene.
+    let zarr = path.file_name().is_some_and(|n| n == "zarr.json");
+    let scene = !zarr && path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml") || e.eq_ignore_ascii_case("json"));
     if scene {
         return Ok(SceneText::File(path));
     }

@@ -33,6 +33,62 @@ pub enum Space {
     Lps,
 }
 
+/// A unit of length.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+#[allow(missing_docs, reason = "the names say it all")]
+pub enum LengthUnit {
+    Metre,
+    Centimetre,
+    Millimetre,
+    Micrometre,
+    Nanometre,
+    Angstrom,
+}
+
+impl LengthUnit {
+    const ALL: [Self; 6] = [Self::Metre, Self::Centimetre, Self::Millimetre, Self::Micrometre, Self::Nanometre, Self::Angstrom];
+
+    /// Its name, in the singular.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Metre => "metre",
+            Self::Centimetre => "centimetre",
+            Self::Millimetre => "millimetre",
+            Self::Micrometre => "micrometre",
+            Self::Nanometre => "nanometre",
+            Self::Angstrom => "angstrom",
+        }
+    }
+
+    /// Its symbol: m, cm, mm, um, nm, or A for angstrom.
+    pub fn symbol(self) -> &'static str {
+        match self {
+            Self::Metre => "m",
+            Self::Centimetre => "cm",
+            Self::Millimetre => "mm",
+            Self::Micrometre => "um",
+            Self::Nanometre => "nm",
+            Self::Angstrom => "A",
+        }
+    }
+
+    /// The unit that `word` is: a name in British or American spelling, a plural, or a symbol.
+    pub fn from_word(word: &str) -> Option<Self> {
+        let word = word.trim();
+        if let Some(unit) = Self::ALL.into_iter().find(|u| u.symbol() == word) {
+            return Some(unit);
+        }
+        let lower = word.to_lowercase();
+        let name = lower.strip_suffix('s').unwrap_or(&lower).replace("meter", "metre");
+        match name.as_str() {
+            "micron" | "\u{b5}m" | "\u{3bc}m" | "\\u00b5m" => Some(Self::Micrometre),
+            "\u{e5}" | "\u{e5}ngstr\u{f6}m" | "\u{212b}" => Some(Self::Angstrom),
+            name => Self::ALL.into_iter().find(|u| u.name() == name),
+        }
+    }
+}
+
 impl Space {
     /// Unit vectors of the world that point to the subject's front and up.
     ///

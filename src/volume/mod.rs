@@ -22,7 +22,7 @@ mod voxels;
 pub use crate::lanes::Number;
 pub use buffer::Buffer;
 pub use channels::{Channels, Colors, Segment};
-pub use grid::{BoxConvention, Grid, Space};
+pub use grid::{BoxConvention, Grid, LengthUnit, Space};
 pub use joint_histogram::{JOINT_BINS, JointBin, JointHistogram};
 #[cfg(feature = "formats")]
 pub use source::{Origin, VolumeSource};
@@ -83,6 +83,7 @@ pub struct Volume {
     intercept: f64,
     modality: Modality,
     name: String,
+    unit: Option<LengthUnit>,
     notes: Vec<String>,
     details: Vec<String>,
     /// Found out once, for clones too.
@@ -122,6 +123,7 @@ impl Volume {
             intercept: 0.0,
             modality: Modality::Unknown,
             name: String::new(),
+            unit: None,
             notes: Vec::new(),
             details: Vec::new(),
             statistics: Arc::default(),
@@ -189,6 +191,13 @@ impl Volume {
     #[must_use]
     pub fn with_name(mut self, name: impl Into<String>) -> Self {
         self.name = name.into();
+        self
+    }
+
+    /// The same volume with the unit of lengths in its world stated, or not.
+    #[must_use]
+    pub fn with_unit(mut self, unit: impl Into<Option<LengthUnit>>) -> Self {
+        self.unit = unit.into();
         self
     }
 
@@ -262,6 +271,11 @@ impl Volume {
     /// Name for messages; may be empty.
     pub fn name(&self) -> &str {
         &self.name
+    }
+
+    /// The unit of lengths in its world, where the file or the caller says so.
+    pub fn unit(&self) -> Option<LengthUnit> {
+        self.unit
     }
 
     /// What its reader chose or repaired, one sentence each, to be told to whoever looks at the volume: which of several series it is, that a

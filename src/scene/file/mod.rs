@@ -155,7 +155,9 @@ impl SceneFile {
         let (document, places) = table::document(text, file, overrides)?;
         let cx = Context { document: &document, places: &places, base };
         let (source, partial) = (document.volume.source(&cx)?, document.before_data(&cx)?);
-        let source = source.with_pixels(partial.size().0.min(partial.size().1));
+        // Whoever looks closer wants finer voxels.
+        let side = f64::from(partial.size().0.min(partial.size().1));
+        let source = source.with_pixels((side * document.camera.zoom().max(1.0)).min(f64::from(u32::MAX)) as u32);
         Ok(Self { base: base.to_path_buf(), source, partial, document, places })
     }
 

@@ -7,7 +7,7 @@ use crate::volume::io::{Choice, Endian, RawSpec};
 use crate::volume::phantom::Phantom;
 use crate::volume::{BoxConvention, Modality, Origin, VolumeSource, VoxelType};
 use crate::{Error, Result};
-use schemars::{JsonSchema, Schema, SchemaGenerator};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -50,6 +50,7 @@ pub(super) struct VolumeKeys {
     pub intercept: Option<f64>,
     /// DICOM: the series, by its number in the list of `slicestack info` (counted from 0) or the beginning of its UID; the one with the most
     /// images unless given.
+    #[schemars(schema_with = "series_words")]
     pub series: Option<SeriesKey>,
     /// File with several arrays: the name of the one that is meant.
     pub array: Option<String>,
@@ -64,11 +65,16 @@ pub(super) struct VolumeKeys {
 }
 
 /// A series by number or UID.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(untagged, expecting = "expected a number, or the beginning of a UID as text")]
 pub(super) enum SeriesKey {
     Number(usize),
     Uid(String),
+}
+
+/// Text first: a flag's value is text, whatever it looks like.
+fn series_words(_: &mut SchemaGenerator) -> Schema {
+    json_schema!({ "type": ["string", "integer", "null"], "minimum": 0 })
 }
 
 impl SeriesKey {

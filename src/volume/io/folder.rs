@@ -181,6 +181,12 @@ impl Folder {
         &self.limits
     }
 
+    /// Where the file `name` of the folder is, for messages.
+    #[cfg(feature = "stacks")]
+    pub(super) fn place(&self, name: &str) -> PathBuf {
+        self.root.join(name)
+    }
+
     /// Opens the file `name` of the folder.
     ///
     /// # Errors

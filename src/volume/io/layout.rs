@@ -160,6 +160,9 @@ impl Layout {
         };
         let volume = if colors { Volume::with_colors(grid, numbers) } else { Volume::new(grid, numbers) };
         let volume = super::field::named(&self.path, volume)?;
+        if matches!(stored, Stored::Complex64 | Stored::Complex128) {
+            notes.push("complex numbers: their magnitude is read".to_owned());
+        }
         Ok(notes.into_iter().fold(volume, Volume::with_note))
     }
 

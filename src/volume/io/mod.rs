@@ -205,7 +205,7 @@ fn instead_of(folder: &Folder) -> String {
         let Ok(mut file) = folder.file(name) else { continue };
         let Ok(clues) = file.clues() else { continue };
         match judge(&clues) {
-            Verdict::Known(_) => return format!("is a directory, not a file: give one volume file, such as {name:?} in it"),
+            Verdict::Known(_) => return format!("is a directory, not a volume: give one volume file, such as {name:?} in it"),
             Verdict::Refused(says) => refused = refused.or(Some(format!("{name:?} in it is {says}"))),
             Verdict::Unknown => {}
         }
@@ -216,7 +216,7 @@ fn instead_of(folder: &Folder) -> String {
         n if n > LOOKED_INTO => format!("the first {LOOKED_INTO} of {n} files in it are of no format that is known"),
         n => format!("the {n} files in it are of no format that is known"),
     });
-    format!("is a directory, not a file: give one volume file; {found}")
+    format!("is a directory, not a volume: {found}")
 }
 
 /// The format of the file `path`, by its content (also inside gzip), and by its name only where the content does not tell.

@@ -10,7 +10,7 @@ use super::reading::{Item, Part, Reading, pick};
 use super::source::{Source, Tail};
 use super::store::Store;
 use super::{Endian, Stored};
-use crate::volume::{Space, Volume, VoxelType};
+use crate::volume::{LengthUnit, Space, Volume, VoxelType};
 use crate::{Error, Result};
 use glam::{DMat3, DVec3};
 use std::path::Path;
@@ -293,5 +293,5 @@ fn read(store: Store, reading: &Reading) -> Result<Volume> {
     source.skip(u64::try_from(before).unwrap_or(u64::MAX))?;
     let tail = if frame + 1 < count { Tail::Unchecked } else { Tail::Ignored };
     let voxels = source.voxels([nx, ny, nz], stored, header.endian, tail)?;
-    Ok(notes.into_iter().fold(named(&path, Volume::new(grid, voxels))?, Volume::with_note))
+    Ok(notes.into_iter().fold(named(&path, Volume::new(grid, voxels))?.with_unit(LengthUnit::Angstrom), Volume::with_note))
 }

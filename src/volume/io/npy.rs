@@ -188,7 +188,8 @@ fn descr(source: &Source, text: &str) -> Result<(Stored, Endian)> {
 }
 
 fn shape(source: &Source, text: &str) -> Result<Vec<usize>> {
-    let fault = |what: &str| source.fault(format!("shape is {}: {what}", shown(text)));
+    let tuple = text.find(')').map_or(text.trim_end(), |end| &text[..=end]);
+    let fault = |what: &str| source.fault(format!("shape is {}: {what}", shown(tuple)));
     let inside = text.strip_prefix('(').and_then(|t| t.split_once(')')).ok_or_else(|| fault("not a tuple of sizes"))?.0;
     // A tuple of one ends with a comma; Python 2 wrote an L behind long integers.
     let words = inside.split(',').map(|w| w.trim().trim_end_matches('L')).filter(|w| !w.is_empty());

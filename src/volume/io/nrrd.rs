@@ -14,7 +14,7 @@ use super::source::{Source, Tail};
 use super::spread::{self, Pattern};
 use super::store::Store;
 use super::{Endian, Stored};
-use crate::volume::{Grid, Modality, Segment, Space, Volume, VoxelType};
+use crate::volume::{Grid, LengthUnit, Modality, Segment, Space, Volume, VoxelType};
 use crate::{Error, Result};
 use glam::{DMat3, DVec3};
 use std::collections::BTreeMap;
@@ -109,6 +109,14 @@ impl Header {
             })
         };
         numbers.into_iter().filter_map(segment).collect()
+    }
+
+    /// The unit of lengths, where it is one for all axes.
+    fn unit(&self, path: &Path) -> Option<LengthUnit> {
+        let field = self.get(path, "space units").or(self.get(path, "units"))?;
+        let mut words = field.value.split('"').skip(1).step_by(2).filter(|word| !word.trim().is_empty()).map(LengthUnit::from_word);
+        let first = words.next()??;
+        words.all(|word| word == Some(first)).then_some(first)
     }
 
     fn need<'a>(&'a self, path: &'a Path, key: &'a str) -> Result<Field<'a>> {
@@ -283,8 +291,13 @@ fn geometry(header: &Header, path: &Path, axes: &Axes, directions: Option<Vec<Op
             }
         }
     } else if let Some(spacings) = per_axis("spacings")? {
+        let mins = per_axis("axis mins")?;
+        let nodes = header.get(path, "centers").or(header.get(path, "centerings")).is_some_and(|c| c.value.contains("node"));
         for (i, s) in spacings.into_iter().enumerate() {
             steps[i] = s.map(|s| DVec3::AXES[i] * s);
+            if let (Some(s), Some(low)) = (s, mins.as_ref().and_then(|mins| mins[i])) {
+                origin[i] = if nodes { low } else { low + s / 2.0 };
+            }
         }
     } else if let (Some(low), Some(high)) = (per_axis("axis mins")?, per_axis("axis maxs")?) {
         let nodes = header.get(path, "centers").or(header.get(path, "centerings")).is_some_and(|c| c.value.contains("node"));
@@ -480,7 +493,7 @@ fn read(store: Store, reading: &Reading) -> Result<Volume> {
     let mut data = open_data(&header, source, wrapping, bytes)?;
     let encoding = if wrapping == Wrapping::Ascii { Encoding::Text } else { Encoding::Binary(endian) };
     let volume = axes.layout.volume(&mut data, (stored, encoding), Tail::Ignored, grid, reading)?;
-    let volume = volume.with_modality(header.modality);
+    let volume = volume.with_modality(header.modality).with_unit(header.unit(path));
     let segments = header.segments(reading.choice.frame.unwrap_or(0));
     if segments.is_empty() || volume.scalars().is_none() {
         return Ok(volume);

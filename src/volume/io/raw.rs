@@ -3,6 +3,7 @@
 use super::Endian;
 use super::field::{grid, named};
 use super::source::{Source, Tail};
+use super::store::STDIN;
 use crate::settings::Limits;
 use crate::volume::{Space, Volume, VoxelType};
 use crate::{Error, Result};
@@ -72,7 +73,7 @@ impl RawSpec {
 
 /// Reads a file of bare voxels, as it is or inside gzip.
 ///
-/// A file that starts like gzip but has exactly the length described is taken as it is.
+/// `-` is standard input. A file that starts like gzip but has exactly the length described is taken as it is.
 ///
 /// # Errors
 /// When the file cannot be read, is shorter or longer than `spec` says, is over
@@ -81,7 +82,9 @@ pub fn read_raw(path: impl AsRef<Path>, spec: &RawSpec, limits: &Limits) -> Resu
     let path = path.as_ref();
     let (origin, steps) = (DVec3::from_array(spec.origin), DMat3::from_diagonal(DVec3::from_array(spec.spacing)));
     let grid = grid(path, spec.dimensions, origin, steps, Space::Unknown)?;
-    let mut source = Source::open_plain(path, limits)?;
+    let mut source = if path == Path::new(STDIN) { Source::open_stdin(limits)? } else { Source::open_plain(path, limits)? };
+    let path = source.path().to_path_buf();
+    let path = path.as_path();
     if source.left() == 0 {
         return Err(Error::format(path, "the file is empty (0 bytes)"));
     }

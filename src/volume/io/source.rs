@@ -63,15 +63,14 @@ impl Source {
         Self::of_file(path, file, limits)
     }
 
-    /// Standard input, looked into when it is a gzip stream: a file where the shell opened one for it, else a pipe.
+    /// Standard input as it comes: a file where the shell opened one for it, else a pipe.
     pub(super) fn open_stdin(limits: &Limits) -> Result<Self> {
         let path = Path::new("standard input");
         if io::stdin().is_terminal() {
             return Err(Error::format(path, "is a terminal: let another program send the volume, or give its file"));
         }
         let file = stdin_file().map_err(|e| Error::io(path, e))?;
-        let mut source = Self { once: true, ..Self::of_file(path, file, limits)? };
-        if source.is_gzip()? { Ok(source.gunzip()) } else { Ok(source) }
+        Ok(Self { once: true, ..Self::of_file(path, file, limits)? })
     }
 
     /// What `file` still has to give.

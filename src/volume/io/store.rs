@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 const HEAD: usize = 1024;
 
 /// The path that stands for standard input.
-const STDIN: &str = "-";
+pub(super) const STDIN: &str = "-";
 
 /// Whether the last name of `path` stands for several.
 fn is_pattern(path: &Path) -> bool {
@@ -34,7 +34,8 @@ impl Store {
     /// When it is not there or cannot be read, and when it is neither.
     pub(super) fn open(path: &Path, limits: &Limits) -> Result<Self> {
         if path == Path::new(STDIN) {
-            return Source::open_stdin(limits).map(Self::File);
+            let mut source = Source::open_stdin(limits)?;
+            return Ok(Self::File(if source.is_gzip()? { source.gunzip() } else { source }));
         }
         match std::fs::metadata(path) {
             Ok(meta) if meta.is_dir() => Folder::open(path, limits).map(Self::Folder),

@@ -7,7 +7,7 @@ use crate::volume::io::layout::Layout;
 use crate::volume::io::reading::Part;
 use crate::volume::io::source::Source;
 use crate::volume::io::{Endian, Stored};
-use crate::volume::{Grid, Space, VoxelType};
+use crate::volume::{Grid, LengthUnit, Space, VoxelType};
 use crate::{Error, Result};
 use glam::{DMat3, DQuat, DVec3};
 use std::path::{Path, PathBuf};
@@ -86,6 +86,7 @@ pub(super) struct Header {
     qoffset: [f64; 3],
     srow: [[f64; 4]; 3],
     units: i64,
+    intent: i64,
     /// What was repaired.
     pub(super) notes: Vec<String>,
     /// What the grid goes by.
@@ -140,6 +141,7 @@ impl Header {
             qoffset: std::array::from_fn(|i| of(i, 268)),
             srow: std::array::from_fn(|r| std::array::from_fn(|c| of(4 * r + c, 280))),
             units: i64::from(b.0[123]),
+            intent: b.i16(68),
             notes: Vec::new(),
             placed: None,
         })
@@ -169,6 +171,7 @@ impl Header {
             qoffset: std::array::from_fn(|i| of(i, 376)),
             srow: std::array::from_fn(|r| std::array::from_fn(|c| of(4 * r + c, 400))),
             units: b.i32(500),
+            intent: b.i32(504),
             notes: Vec::new(),
             placed: None,
         })
@@ -280,11 +283,11 @@ impl Header {
             match Grid::new(dims, column(3), steps) {
                 Ok(grid) => {
                     self.placed = Some(format!("the sform, code {sform}{}", meaning(sform)));
-                    return Ok(self.told_units(grid.with_space(Space::Ras)));
+                    return Ok(grid.with_space(Space::Ras));
                 }
                 Err(e) => {
-                    let instead = if qform > 0 { "the qform" } else { "the voxel sizes alone" };
-                    self.notes.push(format!("the sform cannot be used ({e}): {instead} is taken"));
+                    let instead = if qform > 0 { "the qform is taken" } else { "the voxel sizes alone are taken" };
+                    self.notes.push(format!("the sform cannot be used ({e}): {instead}"));
                 }
             }
         }
@@ -301,28 +304,30 @@ impl Header {
                 let steps = DMat3::from_quat(turn.normalize()) * DMat3::from_diagonal(sizes);
                 let grid = grid(&self.path, dims, offset, steps, Space::Ras)?;
                 self.placed = Some(format!("the qform, code {qform}{}", meaning(qform)));
-                return Ok(self.told_units(grid));
+                return Ok(grid);
             }
             let what = format!("quatern {} {} {}, qoffset {} {} {}", v.x, v.y, v.z, offset.x, offset.y, offset.z);
             self.notes.push(format!("the qform cannot be used ({what}): the voxel sizes alone are taken"));
         } else if self.version != Version::Analyze && sform <= 0 {
             self.notes.push("sform_code and qform_code are 0: the file does not say how the axes lie in the body".to_owned());
         }
-        let grid = grid(&self.path, dims, DVec3::ZERO, DMat3::from_diagonal(sizes), Space::Unknown)?;
-        Ok(self.told_units(grid))
+        grid(&self.path, dims, DVec3::ZERO, DMat3::from_diagonal(sizes), Space::Unknown)
     }
 
-    /// Tells units that are not millimetres.
-    fn told_units(&mut self, grid: Grid) -> Grid {
-        let unit = match self.units & 7 {
-            1 => "metres",
-            3 => "micrometres",
-            _ => return grid,
-        };
-        if self.version != Version::Analyze {
-            self.notes.push(format!("lengths are in {unit}"));
+    /// The unit of lengths, where the file says it.
+    pub(super) fn unit(&self) -> Option<LengthUnit> {
+        match self.units & 7 {
+            _ if self.version == Version::Analyze => None,
+            1 => Some(LengthUnit::Metre),
+            2 => Some(LengthUnit::Millimetre),
+            3 => Some(LengthUnit::Micrometre),
+            _ => None,
         }
-        grid
+    }
+
+    /// Whether the voxels are said to be labels (`NIFTI_INTENT_LABEL`).
+    pub(super) fn is_of_labels(&self) -> bool {
+        self.version != Version::Analyze && self.intent == 1002
     }
 
     /// Slope and intercept; a slope that is 0, NaN or infinite means that values are as stored, and so does every slope of ANALYZE files.

@@ -102,6 +102,9 @@ fn read(store: Store, reading: &Reading) -> Result<Volume> {
     };
     let volume = layout.volume(&mut data, (stored, Encoding::Binary(header.endian)), Tail::Ignored, grid, reading)?;
     let volume = if volume.scalars().is_some() { named(&path, volume.with_rescale(slope, intercept))? } else { volume };
+    let volume = volume.with_unit(header.unit());
+    let labels = header.is_of_labels() && volume.scalars().is_some() && volume.rescale() == (1.0, 0.0);
+    let volume = if labels && !volume.voxels().voxel_type().is_float() { named(&path, volume.with_segments(Vec::new()))? } else { volume };
     let volume = header.placed.into_iter().fold(volume, Volume::with_detail);
     Ok(header.notes.into_iter().fold(volume, Volume::with_note))
 }

@@ -12,11 +12,11 @@ use super::field::named;
 use super::folder::Folder;
 use super::reader::{Certainty, Clues, Reader};
 use super::reading::{Item, Part, Reading, pick};
-use super::slices::{self, Pixels, Take};
+use super::slices::{self, NO_SIZES, Pixels, Take};
 use super::store::Store;
 use crate::volume::{Grid, Volume};
 use crate::{Error, Result};
-use names::{Kind, natural};
+use names::{Kind, natural, oddities};
 use picture::Picture;
 use rayon::prelude::*;
 use std::path::Path;
@@ -90,7 +90,7 @@ impl Stack {
             for (name, found) in group.iter().zip(found) {
                 let (found, notes) = found?;
                 if found != pixels || notes != read {
-                    let path = folder.path().join(name);
+                    let path = folder.place(name);
                     let what = format!("an image of {found}, but {:?} has {pixels}: the images of a stack must be alike", names[0]);
                     return Err(Error::format(
                         &path,
@@ -118,6 +118,8 @@ impl Stack {
         let last = &self.names[count - 1];
         let mut notes =
             vec![format!("{count} {} images are the slices, in the order of their names from {first:?} to {last:?}.", self.kind)];
+        notes.extend(oddities(&self.names));
+        notes.push(NO_SIZES.to_owned());
         if let Some(first) = self.others.first() {
             notes.push(match self.others.len() {
                 1 => format!("One file of another kind was passed over: {first:?}."),

@@ -69,6 +69,40 @@ pub(super) fn natural(a: &str, b: &str) -> Ordering {
     (!left.is_empty()).cmp(&!right.is_empty()).then_with(|| a.cmp(b))
 }
 
+/// The last number in `name`, and the name without it.
+fn number(name: &str) -> Option<(u64, String)> {
+    let stem = name.rsplit_once('.').map_or(name, |(stem, _)| stem);
+    let end = stem.rfind(|c: char| c.is_ascii_digit())? + 1;
+    let start = stem[..end].rfind(|c: char| !c.is_ascii_digit()).map_or(0, |at| at + stem[at..].chars().next().map_or(1, char::len_utf8));
+    Some((stem[start..end].parse().ok()?, format!("{}{}", &stem[..start], &name[end..])))
+}
+
+/// What is to be told of the names of slices, sorted: that they are of several kinds, or that numbers are missing among them.
+pub(super) fn oddities(names: &[String]) -> Option<String> {
+    let numbers: Vec<(u64, String)> = names.iter().map(|name| number(name)).collect::<Option<_>>()?;
+    if let Some(other) = numbers.iter().position(|(_, rest)| *rest != numbers[0].1) {
+        return Some(format!(
+            "The names are of several kinds, such as {:?} and {:?}: a pattern, such as \"name*.png\", takes some of them.",
+            names[0], names[other]
+        ));
+    }
+    let gaps: Vec<u64> = numbers.windows(2).map(|pair| pair[1].0.saturating_sub(pair[0].0)).collect();
+    let step = gaps.iter().copied().min().filter(|&step| step > 0)?;
+    let holes: Vec<String> = numbers
+        .windows(2)
+        .filter(|pair| pair[1].0 - pair[0].0 > step)
+        .map(|pair| match pair[0].0 + step {
+            low if low + step == pair[1].0 => low.to_string(),
+            low => format!("{low} to {}", pair[1].0 - step),
+        })
+        .collect();
+    match holes.len() {
+        0 => None,
+        n if n > 3 => Some(format!("Numbers are missing among the names: {} and others.", holes[..3].join(", "))),
+        _ => Some(format!("Numbers are missing among the names: {}.", holes.join(", "))),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -98,6 +132,18 @@ mod tests {
                 assert_eq!(natural(a, b), i.cmp(&j), "{a} and {b}");
             }
         }
+    }
+
+    #[test]
+    fn missing_numbers_and_several_kinds_are_told() {
+        let told = |names: &[&str]| oddities(&names.iter().map(|&n| n.to_owned()).collect::<Vec<_>>());
+        assert_eq!(told(&["a1.png", "a2.png", "a3.png"]), None);
+        assert_eq!(told(&["a2.png", "a4.png", "a6.png"]), None);
+        assert_eq!(told(&["a.png", "b.png"]), None);
+        assert_eq!(told(&["a1.png", "a2.png", "a5.png", "a7.png"]).as_deref(), Some("Numbers are missing among the names: 3 to 4, 6."));
+        assert_eq!(told(&["x1y1.png", "x1y1.png"]), None);
+        assert!(told(&["ct1.png", "ct2.png", "mask1.png"]).is_some_and(|t| t.contains("\"ct1.png\" and \"mask1.png\"")));
+        assert_eq!(number("scan\u{e9}12.x.png"), Some((12, "scan\u{e9}.x.png".to_owned())));
     }
 
     #[test]

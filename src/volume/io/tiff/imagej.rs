@@ -7,6 +7,7 @@
 use super::directory::{MOST_PAGES, Tiff};
 use super::series::{Plane, Series};
 use crate::Result;
+use crate::volume::LengthUnit;
 use crate::volume::io::field::shown;
 
 /// Whether a description is one of ImageJ.
@@ -57,7 +58,7 @@ pub(super) fn series(tiff: &Tiff) -> Result<Series> {
     }
     series.planes = Series::sorted(&series.planes, ['c', 'z', 't'], [slices, channels, series.frames]);
     (series.slices, series.channels) = (slices, channels);
-    series.spacing = spacing(tiff, &mut series.notes);
+    (series.spacing, series.unit) = spacing(tiff, &mut series.notes);
     series.rescale = calibration(tiff, &mut series.notes)?;
     Ok(series)
 }
@@ -95,7 +96,7 @@ fn calibration(tiff: &Tiff, notes: &mut Vec<String>) -> Result<Option<(f64, f64)
 }
 
 /// Voxel sizes: the resolution of the page where the description names a unit, and the distance of slices.
-fn spacing(tiff: &Tiff, notes: &mut Vec<String>) -> [f64; 3] {
+fn spacing(tiff: &Tiff, notes: &mut Vec<String>) -> ([f64; 3], Option<LengthUnit>) {
     let text = tiff.description.as_str();
     let unit = value(text, "unit").map(str::trim).filter(|unit| !unit.is_empty() && !matches!(*unit, "pixel" | "pixels"));
     // ImageJ writes no distance of 1.
@@ -110,6 +111,7 @@ fn spacing(tiff: &Tiff, notes: &mut Vec<String>) -> [f64; 3] {
         let unit = unit.replace("\\u00B5", "\u{b5}").replace("\\u00b5", "\u{b5}");
         let unit: String = unit.chars().filter(|c| !c.is_control()).take(20).collect();
         notes.push(format!("Voxel sizes are in {unit}, as ImageJ's description says."));
+        return ([x, y, distance], LengthUnit::from_word(&unit));
     }
-    [x, y, distance]
+    ([x, y, distance], None)
 }

@@ -25,7 +25,7 @@ pub(super) use directory::Tiff;
 use super::field::named;
 use super::reader::{Certainty, Reader};
 use super::reading::{Item, Part, Reading, pick};
-use super::slices::{self, Color, Pixels, Take};
+use super::slices::{self, Color, NO_SIZES, Pixels, Take};
 use super::source::{Source, Tail};
 use super::store::Store;
 use crate::volume::{Grid, Volume, VoxelType, Voxels};
@@ -219,6 +219,9 @@ impl Chosen {
         }
         let layout = self.layout();
         notes.extend(layout.notes(self.expand));
+        if self.series.spacing == [1.0; 3] && self.series.unit.is_none() {
+            notes.push(NO_SIZES.to_owned());
+        }
         notes
     }
 }
@@ -256,7 +259,7 @@ fn read(store: Store, reading: &Reading) -> Result<Volume> {
     if let (Some((slope, intercept)), Some(_)) = (chosen.series.rescale, volume.scalars()) {
         volume = named(path, volume.with_rescale(slope, intercept))?;
     }
-    Ok(chosen.notes().into_iter().fold(volume, Volume::with_note))
+    Ok(chosen.notes().into_iter().fold(volume.with_unit(chosen.series.unit), Volume::with_note))
 }
 
 fn list(store: Store, reading: &Reading) -> Result<Vec<Item>> {

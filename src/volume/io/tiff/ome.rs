@@ -5,6 +5,7 @@
 
 use super::directory::{MOST_PAGES, Tiff};
 use super::series::{Plane, Series};
+use crate::volume::LengthUnit;
 use crate::volume::io::field::shown;
 use crate::volume::io::folder::Folder;
 use crate::volume::io::reading::{Part, Reading, pick};
@@ -180,9 +181,9 @@ impl<'a> Image<'a> {
         }
         let names = children(self.pixels, "Channel").map(name_of).collect();
         let mut notes = Vec::new();
-        let spacing = self.spacing(&mut notes)?;
+        let (spacing, unit) = self.spacing(&mut notes)?;
         let Shape { slices, channels, frames, .. } = shape;
-        Ok(Series { slices, channels, frames, planes, names, spacing, rescale: None, notes, others, plain_palette: false })
+        Ok(Series { slices, channels, frames, planes, names, spacing, unit, rescale: None, notes, others, plain_palette: false })
     }
 
     /// Where each plane is, and the files beside this one.
@@ -267,7 +268,7 @@ impl<'a> Image<'a> {
     }
 
     /// Voxel sizes in the unit of the first one.
-    fn spacing(&self, notes: &mut Vec<String>) -> Result<[f64; 3]> {
+    fn spacing(&self, notes: &mut Vec<String>) -> Result<([f64; 3], Option<LengthUnit>)> {
         let mut spacing = [1.0; 3];
         let mut unit: Option<&str> = None;
         for (size, axis) in spacing.iter_mut().zip(["X", "Y", "Z"]) {
@@ -289,7 +290,7 @@ impl<'a> Image<'a> {
             let unit: String = unit.chars().filter(|c| !c.is_control()).take(20).collect();
             notes.push(format!("Voxel sizes are in {unit}, as the OME-XML says."));
         }
-        Ok(spacing)
+        Ok((spacing, unit.and_then(LengthUnit::from_word)))
     }
 }
 

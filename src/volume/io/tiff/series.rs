@@ -1,6 +1,7 @@
 //! Which page of a file, or of several, is which slice, channel and frame.
 
 use super::directory::Tiff;
+use crate::volume::LengthUnit;
 
 /// Numbers of a slice, and where they are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -29,6 +30,8 @@ pub(super) struct Series {
     /// Names of channels, as far as there are any.
     pub(super) names: Vec<String>,
     pub(super) spacing: [f64; 3],
+    /// What the spacing is in, where the file says it.
+    pub(super) unit: Option<LengthUnit>,
     /// Slope and intercept of the values.
     pub(super) rescale: Option<(f64, f64)>,
     /// What is to be told.

@@ -46,6 +46,26 @@ impl Array {
     }
 }
 
+/// A name with what VTK writes as `%20` and the like turned back: spaces, and characters beyond ASCII.
+fn decoded(name: &str) -> String {
+    let mut bytes = Vec::with_capacity(name.len());
+    let mut rest = name.as_bytes();
+    while let Some((&first, after)) = rest.split_first() {
+        let hex = after.get(..2).and_then(|h| std::str::from_utf8(h).ok()).filter(|_| first == b'%');
+        match hex.and_then(|h| u8::from_str_radix(h, 16).ok()) {
+            Some(byte) => {
+                bytes.push(byte);
+                rest = &after[2..];
+            }
+            None => {
+                bytes.push(first);
+                rest = after;
+            }
+        }
+    }
+    String::from_utf8_lossy(&bytes).into_owned()
+}
+
 fn voxel_type(name: &str) -> Option<Stored> {
     use VoxelType::{F32, F64, I8, I16, I32, U8, U16, U32};
     Some(match name.to_ascii_lowercase().as_str() {
@@ -179,7 +199,7 @@ impl Scan {
         let stored = voxel_type(kind);
         let fractions = color;
         let color = matches!(components, 3 | 4) && (color || active && stored == Some(VoxelType::U8.into()));
-        let (name, kind) = (name.to_owned(), kind.to_owned());
+        let (name, kind) = (decoded(name), kind.to_owned());
         let array = Array { name, cells, active, in_field: false, color, fractions, components, kind, stored, count };
         self.add(source, array, count.saturating_mul(components))
     }
@@ -202,6 +222,7 @@ impl Scan {
             let (components, tuples) = (size(components)?, size(tuples)?);
             let stored = voxel_type(kind);
             let numbers = components.saturating_mul(tuples);
+            let name = decoded(&name);
             match self.data.filter(|d| d.1 == tuples && components > 0) {
                 Some((cells, count)) => {
                     let color = matches!(components, 3 | 4) && stored == Some(VoxelType::U8.into());

@@ -25,7 +25,7 @@ mod whole;
 
 use super::field::named;
 use crate::settings::Progress;
-use crate::volume::{BoxConvention, Channels, Volume, VoxelType};
+use crate::volume::{BoxConvention, Channels, LengthUnit, Volume, VoxelType};
 use crate::{Error, Result};
 use flate2::write::ZlibEncoder;
 use flate2::{Compression, GzBuilder};
@@ -218,6 +218,16 @@ pub fn write(volume: &Volume, path: impl AsRef<Path>, writing: &Writing) -> Resu
     Ok(sent.written)
 }
 
+impl Writing {
+    /// Whether a file called `path` can be written so, before any work.
+    ///
+    /// # Errors
+    /// [`Error::Format`] for a name that tells no format, and for a compression that its format does not have.
+    pub fn check(&self, path: &Path) -> Result<()> {
+        chosen(path, self).map(drop)
+    }
+}
+
 /// The format for the file `path`, and whether it is compressed.
 fn chosen(path: &Path, writing: &Writing) -> Result<(WriteFormat, bool)> {
     if let Some(format) = writing.format {
@@ -271,6 +281,10 @@ impl Page<'_> {
 
     /// Tells that the names of segments, and the kind of values, are left out.
     fn lost_names(&mut self, format: WriteFormat) {
+        let keeps = matches!(format, WriteFormat::Nrrd | WriteFormat::Nifti);
+        if let Some(unit) = self.volume.unit().filter(|&unit| !keeps && unit != LengthUnit::Millimetre) {
+            self.note(format!("{format} keeps no unit of lengths: they are in {}s", unit.name()));
+        }
         if let Channels::Label(segments) = self.volume.channels() {
             if !segments.is_empty() {
                 self.note(format!("{format} keeps no names of segments: those of {} labels are left out", segments.len()));
@@ -331,7 +345,7 @@ fn encode(volume: &Volume, out: &mut dyn Write, name: &Path, format: WriteFormat
             WriteFormat::Nrrd => Ok(nrrd::header(&page)),
             WriteFormat::Nifti => nifti::header(&mut page),
             WriteFormat::MetaImage => Ok(metaimage::header(&mut page)),
-            WriteFormat::Npy => npy::header(&mut page),
+            WriteFormat::Npy => Ok(npy::header(&mut page)),
             WriteFormat::Raw => raw::header(&mut page),
         },
     )?;

@@ -1,7 +1,7 @@
 //! NIfTI-1 as it is written: header and voxels in one file. Source of the format: `nifti1.h`, <https://nifti.nimh.nih.gov/nifti-1>.
 
 use super::{AUTHOR, Page, WriteFormat, grids};
-use crate::volume::{Channels, Space, Volume, VoxelType};
+use crate::volume::{Channels, LengthUnit, Space, Volume, VoxelType};
 use crate::{Error, Result};
 use glam::{DMat3, DQuat, DVec3};
 
@@ -72,9 +72,25 @@ pub(super) fn header(page: &mut Page) -> Result<Vec<u8>> {
     bytes.f32s(108, [VOXELS as f64]);
     let (slope, intercept) = page.rescale;
     bytes.f32s(112, [slope, intercept]);
-    // Millimetres, where the world is a body.
-    let known = grid.space() != Space::Unknown;
-    bytes.put(123, &[if known { 2 } else { 0 }]);
+    // A world that is a body is measured in millimetres, unless something else is said.
+    let body = grid.space() != Space::Unknown;
+    let unit = match page.volume.unit() {
+        Some(LengthUnit::Metre) => 1,
+        Some(LengthUnit::Millimetre) => 2,
+        Some(LengthUnit::Micrometre) => 3,
+        Some(other) => {
+            page.note(format!("NIfTI-1 has no {}: the unit of lengths is left out", other.name()));
+            0
+        }
+        None => {
+            if body {
+                2
+            } else {
+                0
+            }
+        }
+    };
+    bytes.put(123, &[unit]);
     bytes.put(148, AUTHOR.as_bytes());
     geometry(page, &mut bytes)?;
     bytes.put(344, b"n+1\0");

@@ -2,15 +2,11 @@
 
 use super::{Page, WriteFormat, grids};
 use crate::volume::{Channels, VoxelType};
-use crate::{Error, Result};
 
 /// The header of an array (z, y, x), or (z, y, x, 4) for colours.
-///
-/// # Errors
-/// For colours that are no bytes: the array would be taken for one of frames.
-pub(super) fn header(page: &mut Page) -> Result<Vec<u8>> {
+pub(super) fn header(page: &mut Page) -> Vec<u8> {
     if *page.volume.channels() == Channels::Rgba && page.kind != VoxelType::U8 {
-        return Err(Error::invalid(format!("colours of {} cannot be read from NumPy files: write .nrrd instead", page.kind)));
+        page.note(format!("of NumPy files colours of bytes alone are read here again: these are {}", page.kind));
     }
     let [x, y, z] = page.volume.grid().dims();
     let descr = match page.kind {
@@ -40,5 +36,5 @@ pub(super) fn header(page: &mut Page) -> Result<Vec<u8>> {
         page.note(format!("NumPy keeps no grid: the spacing of {a} x {b} x {c}, the position and the directions are left out"));
     }
     page.lost_names(WriteFormat::Npy);
-    Ok(bytes)
+    bytes
 }

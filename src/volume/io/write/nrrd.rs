@@ -42,6 +42,10 @@ pub(super) fn header(page: &Page) -> Vec<u8> {
         format!("encoding: {}", if page.compress { "gzip" } else { "raw" }),
         format!("space origin: {}", vector(grid.origin())),
     ];
+    if let Some(unit) = page.volume.unit() {
+        let axes = vec![format!("\"{}\"", unit.symbol()); 3];
+        lines.push(format!("space units: {}", axes.join(" ")));
+    }
     match page.volume.modality() {
         Modality::Ct => lines.push("modality:=CT".to_owned()),
         Modality::Mr => lines.push("modality:=MR".to_owned()),

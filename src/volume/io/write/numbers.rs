@@ -41,10 +41,10 @@ impl<'v> Numbers<'v> {
             return stored;
         }
         let kind = kind_of_values(volume);
-        let why = if format == WriteFormat::Nifti {
-            "keeps slope and intercept in f32, which cannot hold these"
-        } else {
-            "keeps no slope and intercept"
+        let why = match format {
+            WriteFormat::Nifti => "keeps slope and intercept in f32, which cannot hold these",
+            WriteFormat::MetaImage => "has a slope and an intercept that few programs heed",
+            _ => "keeps no slope and intercept",
         };
         notes.push(format!(
             "{format} {why}: the voxels of {} were written as the values that they stand for, {slope} x stored + {intercept}, in {kind}",

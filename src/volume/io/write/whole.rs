@@ -58,6 +58,10 @@ impl Whole {
     /// When the system refuses; then nothing is left of it.
     pub(super) fn finish(mut self) -> Result<()> {
         if let Some((part, real)) = &self.renamed {
+            // Who may read the older file may read this one, and nobody else.
+            if let Ok(older) = real.metadata() {
+                fs::set_permissions(part, older.permissions()).map_err(|e| Error::io(&self.path, e))?;
+            }
             fs::rename(part, real).map_err(|e| Error::io(&self.path, e))?;
         }
         self.renamed = None;

@@ -10,7 +10,7 @@ use super::node::{Node, join};
 use super::tree::Tree;
 use crate::volume::io::field;
 use crate::volume::io::reading::{Item, Part, Reading, pick};
-use crate::volume::{Space, Volume};
+use crate::volume::{LengthUnit, Space, Volume};
 use crate::{Error, Result};
 use glam::{DMat3, DVec3};
 
@@ -211,6 +211,8 @@ impl Image {
         let (voxels, missing, total) = fetch::voxels(tree, &wanted, reading)?;
         let kind = voxels.voxel_type();
         let mut volume = field::named(path, Volume::new(grid, voxels))?;
+        let unit = self.multiscale.as_ref().and_then(|m| m.unit(&level.axes).0).and_then(LengthUnit::from_word);
+        volume = volume.with_unit(unit);
         for note in &self.notes {
             volume = volume.with_note(note.clone());
         }

@@ -61,7 +61,9 @@ fn probe(clues: &Clues) -> Certainty {
     } else if clues.has(0, b"PK\x03\x04") && clues.head.len() >= ZIP_NAME {
         let length = usize::from(Endian::Little.u16(&clues.head[ZIP_NAME - 4..]));
         let first = clues.head.get(ZIP_NAME..ZIP_NAME + length).map(String::from_utf8_lossy);
-        first.is_some_and(|name| is_metadata(&name)) || name.ends_with(".zarr.zip") || name.ends_with(".ozx")
+        let told = first.is_some_and(|name| is_metadata(&name)) || name.ends_with(".zarr.zip") || name.ends_with(".ozx");
+        // Most programs put folders in front of what is in them.
+        told || !clues.once && !name.ends_with(".npz") && tree::is_zip_of(clues.path, clues.limits, is_metadata)
     } else {
         is_metadata(&name) && clues.head.trim_ascii_start().starts_with(b"{")
     };

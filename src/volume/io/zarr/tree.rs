@@ -2,6 +2,7 @@
 
 use super::node;
 use crate::Result;
+use crate::settings::Limits;
 use crate::volume::io::folder::Folder;
 use crate::volume::io::source::Source;
 use crate::volume::io::store::Store;
@@ -22,6 +23,12 @@ pub(super) struct Zip {
     /// One place is read at a time; what an entry holds is read by a stream of its own.
     archive: Mutex<Archive>,
     entries: BTreeMap<String, Entry>,
+}
+
+/// Whether one of the files in the zip file `path` is as `wanted`. A file that cannot be looked into is not.
+pub(super) fn is_zip_of(path: &Path, limits: &Limits, wanted: impl Fn(&str) -> bool) -> bool {
+    let entries = Store::open(path, limits).and_then(|store| Archive(store.places("a zip archive")?).entries());
+    entries.is_ok_and(|entries| entries.iter().any(|entry| wanted(&entry.name)))
 }
 
 impl Tree {
