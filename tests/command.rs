@@ -430,7 +430,52 @@ fn what_may_be_chosen_is_listed_and_told() {
     assert!(out.status.success() && text(&out.stderr).contains("note: frame 0 of 3 is read"), "{}", text(&out.stderr));
     let line = refused(dir.path(), &["render", "v.nrrd", "--volume.frame", "3"], 1);
     assert!(line.contains("v.nrrd: volume.frame is 3: there are 3, 0 to 2"), "{line}");
-    let line = refused(dir.path(), &["render", "v.nrrd", "--volume.series", "1.2"], 1);
+    let line = refused(dir.path(), &["render", "v.nrrd", "--volume.series", "1.2.826.0.1"], 1);
     assert!(line.contains("NRRD has no series to choose"), "{line}");
     refused(dir.path(), &["render", "--volume.phantom", "cloud", "--volume.level", "1"], 2);
+}
+
+#[test]
+fn no_part_of_an_input_is_replaced() {
+    let dir = dir();
+    let voxels: Vec<u8> = (0..4 * 5 * 6).map(|i| (i * 2) as u8).collect();
+    let put = |name: &str, bytes: &[u8]| fs::write(dir.path().join(name), bytes).unwrap();
+    put("v.raw", &voxels);
+    put("v.mhd", b"NDims = 3\nDimSize = 4 5 6\nElementType = MET_UCHAR\nElementDataFile = v.raw\n");
+    put("v.nhdr", b"NRRD0004\ntype: uchar\ndimension: 3\nsizes: 4 5 6\nencoding: raw\ndata file: v.raw\n");
+    put("many.nhdr", b"NRRD0004\ntype: uchar\ndimension: 3\nsizes: 4 5 1\nencoding: raw\ndata file: s%d.raw 1 1 1\n");
+    put("s1.raw", &voxels[..20]);
+    for input in ["v.mhd", "v.nhdr"] {
+        assert!(refused(dir.path(), &["convert", input, "v.raw", "--force"], 2).contains("v.raw: would overwrite a part of the input"));
+    }
+    assert!(refused(dir.path(), &["convert", "many.nhdr", "s1.raw", "--force"], 2).contains("a part of the input"));
+    assert_eq!(fs::read(dir.path().join("v.raw")).unwrap(), voxels);
+    // A folder of images, and a pattern.
+    fs::create_dir(dir.path().join("stack")).unwrap();
+    for n in 1..4 {
+        let image = image::GrayImage::from_fn(8, 8, |x, y| image::Luma([(x * y * n) as u8]));
+        image.save(dir.path().join(format!("stack/s{n}.png"))).unwrap();
+    }
+    let before = fs::read(dir.path().join("stack/s2.png")).unwrap();
+    for input in ["stack", "stack/s*.png"] {
+        for args in [&["render", input, "-o", "stack/s2.png"][..], &["slices", input, "-o", "stack/s2.png"]] {
+            assert!(refused(dir.path(), args, 2).contains("would overwrite a part of the input"), "{args:?}");
+        }
+        refused(dir.path(), &["convert", input, "stack/s2.png", "--format", "raw", "--force"], 2);
+    }
+    assert_eq!(fs::read(dir.path().join("stack/s2.png")).unwrap(), before);
+    // What the command wrote there itself gives way.
+    let own = ["render", "stack/s*.png", "-o", "stack/picture.png", "--size", "16x12", "--count", "16"];
+    assert!(run(dir.path(), &own).status.success() && run(dir.path(), &own).status.success());
+    // What standard input comes from.
+    let nrrd = [b"NRRD0004\ntype: uchar\ndimension: 3\nsizes: 4 5 6\nencoding: raw\n\n", &voxels[..]].concat();
+    put("in.nrrd", &nrrd);
+    let out = Command::new(env!("CARGO_BIN_EXE_slicestack"))
+        .args(["convert", "-", "in.nrrd", "--force"])
+        .current_dir(dir.path())
+        .stdin(fs::File::open(dir.path().join("in.nrrd")).unwrap())
+        .output()
+        .unwrap();
+    assert_eq!(out.status.code(), Some(2), "{}", text(&out.stderr));
+    assert_eq!(fs::read(dir.path().join("in.nrrd")).unwrap(), nrrd);
 }

@@ -58,7 +58,11 @@ fn every_type_order_and_packing_is_read_exactly() {
                     let case = format!("{kind} {endian:?} {compression} {predictor} {big} {tile:?}");
                     assert_eq!(volume.grid().dims(), sample.dims, "{case}");
                     assert!(volume.voxels() == &sample.voxels, "{case}");
-                    assert!(volume.notes().is_empty() && volume.grid().spacing() == [1.0; 3], "{case}: {:?}", volume.notes());
+                    assert!(
+                        matches!(volume.notes(), [one] if one.contains("1 x 1 x 1")) && volume.grid().spacing() == [1.0; 3],
+                        "{case}: {:?}",
+                        volume.notes()
+                    );
                     count += 1;
                 }
             }

@@ -46,15 +46,18 @@ pub enum Modality {
     Ct,
     /// Magnetic resonance: arbitrary units, 0 and up.
     Mr,
+    /// Stated, and neither of these: positron emission, ultrasound, microscopes, simulations.
+    Other,
 }
 
 impl Modality {
-    /// The name used in scene files: `ct`, `mr`; `None` where nobody says.
+    /// The name used in scene files: `ct`, `mr`, `other`; `None` where nobody says.
     pub fn name(self) -> Option<&'static str> {
         match self {
             Self::Unknown => None,
             Self::Ct => Some("ct"),
             Self::Mr => Some("mr"),
+            Self::Other => Some("other"),
         }
     }
 }

@@ -60,7 +60,7 @@ pub(super) struct VolumeKeys {
     pub frame: Option<usize>,
     /// Voxels of several numbers, such as colours: the one that is meant, counted from 0.
     pub channel: Option<usize>,
-    /// Kind of values, where the file does not say: ct (Hounsfield units) or mr.
+    /// Kind of values, where the file does not say: ct (Hounsfield units), mr or other.
     pub modality: Option<ModalityKey>,
 }
 
@@ -93,7 +93,7 @@ impl SeriesKey {
 choices! {
     BoxKey => BoxConvention { Cells, Nodes }
     EndianKey => Endian { Little, Big }
-    ModalityKey =>? Modality { Ct, Mr }
+    ModalityKey =>? Modality { Ct, Mr, Other }
 }
 
 fn phantom_names(_: &mut SchemaGenerator) -> Schema {

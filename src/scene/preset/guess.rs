@@ -109,6 +109,7 @@ fn kind(volume: &Volume) -> (Kind, String, Option<f64>) {
             };
         }
         Modality::Mr => return (Kind::Mr, "it is said to be MR".into(), None),
+        Modality::Other => return (Kind::Other, "it is said to be neither CT nor MR".into(), None),
         Modality::Unknown => {}
     }
     let (values, padding) = Sorted::of(volume).without_padding();

@@ -273,6 +273,7 @@ impl Preset {
         if self.is_mr() {
             return match (volume.modality(), kind) {
                 (Modality::Ct, _) => Err(format!("{name} is for MR: this volume is CT")),
+                (Modality::Other, _) => Err(format!("{name} is for MR: this volume is said to be neither CT nor MR")),
                 (_, Kind::Hounsfield) => Err(format!("{name} is for MR: {range}, which looks like CT")),
                 _ => Ok(()),
             };
@@ -285,8 +286,10 @@ impl Preset {
         if !self.is_ct() {
             return Ok(());
         }
-        if volume.modality() == Modality::Mr {
-            return Err(format!("{name} is for CT: this volume is MR"));
+        match volume.modality() {
+            Modality::Mr => return Err(format!("{name} is for CT: this volume is MR")),
+            Modality::Other => return Err(format!("{name} is for CT: this volume is said to be neither CT nor MR")),
+            Modality::Ct | Modality::Unknown => {}
         }
         kind.admits_ct(name, &range)?;
         let (needed, there) = match self {

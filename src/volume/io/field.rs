@@ -115,6 +115,7 @@ impl<'a> Field<'a> {
         match self.value.trim_start_matches("MET_MOD_") {
             "CT" => Modality::Ct,
             "MR" => Modality::Mr,
+            "OT" | "PT" | "NM" | "US" | "XA" | "CR" | "DX" | "MG" | "RTDOSE" | "SM" | "OTHER" => Modality::Other,
             _ => Modality::Unknown,
         }
     }

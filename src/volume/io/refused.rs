@@ -33,7 +33,10 @@ pub(super) const REFUSALS: &[Refusal] = &[
         says: "a tar archive of DICOM files: this build was made without the feature `dicom`, convert the series to NRRD or NIfTI",
     },
     Refusal { probe: |c| only(Length, is_tar(c) && c.once), says: "a tar archive, which cannot be read from a pipe: give its file" },
-    Refusal { probe: |c| only(Length, is_tar(c)), says: "a tar archive of no DICOM files: unpack it and name the volume file" },
+    Refusal {
+        probe: |c| only(Length, is_tar(c)),
+        says: "a tar archive of no DICOM files: not supported, unpack it and name the volume file",
+    },
     Refusal {
         // A VTK file starts like this too; its reader comes first.
         probe: |c| only(Magic, c.has(0, b"<?xml")),

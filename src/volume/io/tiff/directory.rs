@@ -10,7 +10,7 @@ use super::layout::{Layout, Page};
 use crate::volume::io::Endian;
 use crate::volume::io::store::Store;
 use crate::{Error, Result};
-use std::collections::HashSet;
+use std::collections::BTreeSet;
 
 /// Most pages of a file, and planes of an image.
 pub(super) const MOST_PAGES: usize = 1 << 20;
@@ -117,7 +117,7 @@ struct Walk<'a> {
 impl Walk<'_> {
     /// All of them from byte `at` on.
     fn all(&mut self, mut at: u64) -> Result<()> {
-        let mut seen = HashSet::new();
+        let mut seen = BTreeSet::new();
         while at != 0 {
             if !seen.insert(at) {
                 return Err(self.fault(format!("the directory of page {} leads back to the one at byte {at}", self.pages.len() - 1)));

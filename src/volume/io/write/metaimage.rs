@@ -54,6 +54,7 @@ pub(super) fn header(page: &mut Page) -> Vec<u8> {
     match page.volume.modality() {
         Modality::Ct => lines.push("Modality = MET_MOD_CT".to_owned()),
         Modality::Mr => lines.push("Modality = MET_MOD_MR".to_owned()),
+        Modality::Other => lines.push("Modality = MET_MOD_OTHER".to_owned()),
         Modality::Unknown => {}
     }
     if *page.volume.channels() == Channels::Rgba {

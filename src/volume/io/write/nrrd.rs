@@ -49,6 +49,7 @@ pub(super) fn header(page: &Page) -> Vec<u8> {
     match page.volume.modality() {
         Modality::Ct => lines.push("modality:=CT".to_owned()),
         Modality::Mr => lines.push("modality:=MR".to_owned()),
+        Modality::Other => lines.push("modality:=OT".to_owned()),
         Modality::Unknown => {}
     }
     if let Channels::Label(segments) = page.volume.channels() {

@@ -68,12 +68,13 @@ fn frames(mut bytes: &[u8], out: &mut Bounded) -> Result<(), String> {
         let (header, length) = new_header(bytes, out.most)?;
         let mut rest = &bytes[length..];
         let mut decoder = FrameDecoder::new();
-        // What the decoder says names its own types.
+        // What the decoder says names its own types; what the bounds say is for people.
         let fault = |done: usize| format!("damaged after {done} bytes");
+        let over = |e: io::Error, done: usize| format!("damaged after {done} bytes: {e}");
         decoder.reset(header.chain(&mut rest)).map_err(|_| fault(out.bytes.len()))?;
         while !decoder.is_finished() {
             decoder.decode_blocks(&mut rest, BlockDecodingStrategy::UptoBlocks(1)).map_err(|_| fault(out.bytes.len()))?;
-            decoder.collect_to_writer(&mut *out).map_err(|_| fault(out.bytes.len()))?;
+            decoder.collect_to_writer(&mut *out).map_err(|e| over(e, out.bytes.len()))?;
         }
         bytes = rest;
     }
