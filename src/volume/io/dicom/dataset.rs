@@ -7,8 +7,10 @@ use super::syntax::{Codec, Syntax};
 use super::tags::*;
 use crate::volume::VoxelType;
 use crate::volume::io::Endian;
+use crate::volume::io::source::Source;
 use crate::volume::io::tree::Leaf;
 use crate::{Error, Result};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// Bytes before the magic.
@@ -31,8 +33,8 @@ pub(super) enum Found {
     Image(Box<Image>),
     /// A DICOM file that is no image: what it is.
     Other(Kind),
-    /// A DICOM file that is damaged: the UID of its series, empty where that is not known.
-    Damaged(String, Error),
+    /// A file that is damaged: the UID of its series, empty where that is not known; `None` where it may be no DICOM file at all.
+    Damaged(Option<String>, Error),
     /// No DICOM file.
     Nothing,
 }
@@ -56,11 +58,22 @@ pub(super) fn looks_bare(head: &[u8]) -> bool {
 /// When it is a DICOM file and not what it claims to be.
 pub(super) fn look(leaf: Leaf) -> Result<Found> {
     let Leaf { index, path, mut source } = leaf;
-    let head = source.peek(PREAMBLE + 8)?;
-    let magic = has_magic(head);
-    if !magic && !looks_bare(head) {
-        return Ok(Found::Nothing);
+    let mut series = None;
+    let found = source.peek(PREAMBLE + 8).map(|head| (has_magic(head), looks_bare(head))).and_then(|(magic, bare)| match (magic, bare) {
+        (false, false) => Ok(Found::Nothing),
+        _ => {
+            series = magic.then(String::new);
+            inside((index, path), source, magic, &mut series)
+        }
+    });
+    match found {
+        Err(e @ (Error::Format { .. } | Error::Limit { .. } | Error::Io { .. })) => Ok(Found::Damaged(series, e)),
+        other => other,
     }
+}
+
+/// Looks into a DICOM file; tells the UID of its `series` as soon as that is known.
+fn inside((index, path): (usize, PathBuf), source: Source, magic: bool, series: &mut Option<String>) -> Result<Found> {
     let fault = |what: String| Error::format(&path, what);
     let mut bytes = Bytes::new(source);
     if magic {
@@ -92,12 +105,11 @@ pub(super) fn look(leaf: Leaf) -> Result<Found> {
     }
     let mut header = Header::default();
     let pixels = bytes.data_set(syntax.encoding, &mut header);
-    let series = header.text(SERIES);
-    let found = pixels.and_then(|pixels| described(header, pixels, &bytes, syntax, (index, before)));
-    Ok(match found {
-        Err(e @ (Error::Format { .. } | Error::Limit { .. } | Error::Io { .. })) => Found::Damaged(series, e),
-        other => other?,
-    })
+    let uid = header.text(SERIES);
+    if !uid.is_empty() {
+        *series = Some(uid);
+    }
+    described(header, pixels?, &bytes, syntax, (index, before))
 }
 
 /// What the elements of a data set say, of which `bytes` were read up to the pixels.

@@ -34,8 +34,9 @@ pub(super) struct Study {
     pub(super) groups: Vec<Group>,
     /// What was left out, one sentence each.
     pub(super) left_out: Vec<String>,
-    /// Of every series, how many files are damaged, and what is said of the first one. The UID is empty where it is not known.
-    damaged: BTreeMap<String, (usize, Error)>,
+    /// Of every series, how many files are damaged, and what is said of the first one. The UID is empty where it is not known; those that may
+    /// be no DICOM files at all have none.
+    damaged: BTreeMap<Option<String>, (usize, Error)>,
 }
 
 /// Frames that belong together.
@@ -62,7 +63,7 @@ impl Study {
     pub(super) fn scan(tree: &Tree, reading: &Reading) -> Result<Self> {
         let mut images = Vec::new();
         let mut others: BTreeMap<Kind, usize> = BTreeMap::new();
-        let mut damaged: BTreeMap<String, (usize, Error)> = BTreeMap::new();
+        let mut damaged: BTreeMap<Option<String>, (usize, Error)> = BTreeMap::new();
         let mut done = 0;
         tree.visit(&|_| true, &mut |leaf| {
             done += 1;
@@ -82,7 +83,6 @@ impl Study {
                     return Ok(true);
                 }
                 Ok(Found::Damaged(series, fault)) => (series, fault),
-                Err(e @ (Error::Format { .. } | Error::Limit { .. } | Error::Io { .. })) => (String::new(), e),
                 Err(e) => return Err(e),
             };
             // A file of a folder that is damaged may be of another series than the one that is meant.
@@ -132,7 +132,8 @@ impl Study {
     pub(super) fn damaged(&self, tree: &Tree, taken: usize) -> Result<Option<String>> {
         let uid = &self.first(&self.groups[taken]).series;
         let alone = self.images.iter().all(|i| i.series == *uid);
-        if let Some((_, (_, fault))) = self.damaged.iter().find(|(series, _)| *series == uid || (series.is_empty() && alone)) {
+        let of_this = |series: &str| series == uid || (series.is_empty() && alone);
+        if let Some((_, (_, fault))) = self.damaged.iter().find(|(series, _)| series.as_deref().is_some_and(of_this)) {
             return Err(match fault {
                 Error::Format { path, what } => Error::format(path, format!("{what}{TAKE_AWAY}")),
                 other => Error::format(tree.path(), format!("a file of the series cannot be read, {other}{TAKE_AWAY}")),
