@@ -113,13 +113,7 @@ fn inside((index, path): (usize, PathBuf), source: Source, magic: bool, series: 
 }
 
 /// What the elements of a data set say, of which `bytes` were read up to the pixels.
-fn described(
-    header: Header,
-    pixels: Option<Element>,
-    bytes: &Bytes,
-    syntax: Syntax,
-    (index, before): (usize, u64),
-) -> Result<Found> {
+fn described(header: Header, pixels: Option<Element>, bytes: &Bytes, syntax: Syntax, (index, before): (usize, u64)) -> Result<Found> {
     let path = bytes.source.path().to_path_buf();
     let fault = |what: String| Error::format(&path, what);
     if let Some(what) = header.fault {

@@ -167,7 +167,8 @@ impl Builder<'_> {
     /// What is said of two images that lie in the same place and that nothing tells apart.
     fn same_place(&self, first: &Frame, second: &Frame, normal: DVec3) -> Error {
         let at = self.position(first);
-        let place = format!("({}, {}, {}), which is {} mm along the normal, and nothing tells them apart", at.x, at.y, at.z, at.dot(normal));
+        let place =
+            format!("({}, {}, {}), which is {} mm along the normal, and nothing tells them apart", at.x, at.y, at.z, at.dot(normal));
         if first.image == second.image {
             let what = format!("frames {} and {} lie at the same position, {place}: they make no volume", first.frame, second.frame);
             return Error::format(&self.study.images[first.image].path, what);

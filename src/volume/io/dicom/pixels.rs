@@ -104,7 +104,8 @@ fn turn(image: &Image, frame: &mut [u8]) {
 fn padding(image: &Image, frame: &[u8]) -> Option<i64> {
     fn holds<T: Voxel + PartialEq>(frame: &[u8], value: T) -> bool {
         // Without a branch for each pixel.
-        let any = |part: &[u8]| part.chunks_exact(size_of::<T>()).fold(false, |any, b| any | (bytemuck::pod_read_unaligned::<T>(b) == value));
+        let any =
+            |part: &[u8]| part.chunks_exact(size_of::<T>()).fold(false, |any, b| any | (bytemuck::pod_read_unaligned::<T>(b) == value));
         frame.chunks(1 << 14).any(any)
     }
     let value = image.padding?;
