@@ -271,7 +271,7 @@ fn duplicates_are_named_and_copies_left_out() {
 fn missing_slices_are_interpolated_and_told() {
     let dir = folder(&series("1", &[0.0, 1.0, 2.0, 4.0, 5.0, 8.0], |_, set| set));
     let volume = Volume::open(dir.path()).unwrap();
-    assert!(told(&volume, "3 of 9, between 2 to 4 mm, 5 to 8 mm"), "{:?}", volume.notes());
+    assert!(told(&volume, "3 of 9, between 2 and 4 mm, 5 and 8 mm"), "{:?}", volume.notes());
     assert_eq!((volume.grid().dims(), volume.grid().spacing()[2]), ([5, 3, 9], 1.0));
     let slice = |i: usize| noise(PIXELS, i as u64);
     let between = |a: usize, b: usize, t: f64| -> Vec<f64> {
@@ -313,12 +313,8 @@ fn series_are_told_apart_and_chosen() {
     let dir = folder(&files);
     let volume = Volume::open(dir.path()).unwrap();
     assert_eq!(numbers(&volume), expected(0..3));
-    for what in [
-        "Series 1 of 5 is read, that of most images",
-        "1, each an object without pixels",
-        "1, each a segmentation",
-        "1, each no DICOM file",
-    ] {
+    for what in ["Series 1 of 5 is read, that of most images", "1 is an object without pixels", "1 is a segmentation", "1 is no DICOM file"]
+    {
         assert!(told(&volume, what), "{what}: {:?}", volume.notes());
     }
     let items = io::list(dir.path(), &Reading::new()).unwrap();
@@ -432,7 +428,7 @@ fn enhanced_images_with_shuffled_frames() {
     }
     // A frame too few is described.
     let set = enhanced(&[2, 0, 3, 1], true).text(0x0028_0008, "IS", 3);
-    assert!(one(&file(&set, EXPLICIT, None)).unwrap_err().to_string().contains("4 frames are described, there are 3"));
+    assert!(one(&file(&set, EXPLICIT, None)).unwrap_err().to_string().contains("frames described: 4, frames there: 3"));
 }
 
 #[test]
@@ -555,9 +551,9 @@ fn single_images_and_those_without_a_place() {
     let dir = folder(&series("1", &[0.0, 1.0, 2.0], |_, set| set.without(0x0020_0032)));
     let volume = Volume::open(dir.path()).unwrap();
     assert_eq!(numbers(&volume), expected([2, 1, 0]));
-    assert!(told(&volume, "ordered by their instance numbers"));
-    let inverted = one(&file(&set.clone().text(0x0028_0004, "CS", "MONOCHROME1").word(0x0028_0120, 63536), EXPLICIT, None)).unwrap();
-    assert!(told(&inverted, "MONOCHROME1") && told(&inverted, "stored value 63536"), "{:?}", inverted.notes());
+    assert!(told(&volume, "ordered by Instance Number (0020,0013)"));
+    let inverted = one(&file(&set.clone().text(0x0028_0004, "CS", "MONOCHROME1"), EXPLICIT, None)).unwrap();
+    assert!(told(&inverted, "MONOCHROME1"), "{:?}", inverted.notes());
     assert_eq!(numbers(&inverted), expected([0]));
     // A table of Hounsfield units it is only where it says so.
     let other = one(&file(&set.clone().text(0x0028_1054, "LO", "mgml"), EXPLICIT, None)).unwrap();
@@ -598,16 +594,19 @@ fn what_is_not_read_is_named() {
         (file(&bare, EXPLICIT, None), "a DICOM file that is an object without pixels"),
         (file(&bare, EXPLICIT, Some(&fragments)), "pixels are in fragments, the transfer syntax says that they are not"),
         (file(&set, RLE, None), "the pixels are not in fragments"),
-        (file(&set.clone().word(0x0028_0010, 4), EXPLICIT, None), "5 x 4 pixels of 1 x 16 bits take 40 bytes, there are 30"),
+        (
+            file(&set.clone().word(0x0028_0010, 4), EXPLICIT, None),
+            "one frame of 5 x 4 pixels of 1 x 16 bits: 40 bytes are needed, there are 30",
+        ),
         (file(&set.clone().text(0x0028_0008, "IS", 2_000_000_000), EXPLICIT, None), "frames: 2000000000 is over the limit of 65536"),
         (
             file(&set.clone().text(0x0028_0008, "IS", 60_000), EXPLICIT, None),
-            "60000 frames of 5 x 3 pixels of 1 x 16 bits take 1800000 bytes, there are 30",
+            "60000 frames of 5 x 3 pixels of 1 x 16 bits: 1800000 bytes are needed, there are 30",
         ),
-        (file(&bare.clone().text(0x0028_0008, "IS", 60_000), RLE, Some(&fragments)), "60000 frames are claimed, 88 bytes follow"),
-        (file(&set.clone().text(0x0028_0008, "IS", -1), EXPLICIT, None), "number of frames (0028,0008) is -1"),
-        (file(&set.clone().word(0x0028_0010, 0), EXPLICIT, None), "number of rows (0028,0010) is 0"),
-        (file(&set.clone().without(0x0028_0011), EXPLICIT, None), "there are pixels and no number of columns"),
+        (file(&bare.clone().text(0x0028_0008, "IS", 60_000), RLE, Some(&fragments)), "frames claimed: 60000, 88 bytes follow"),
+        (file(&set.clone().text(0x0028_0008, "IS", -1), EXPLICIT, None), "Number of Frames (0028,0008) is -1"),
+        (file(&set.clone().word(0x0028_0010, 0), EXPLICIT, None), "Rows (0028,0010) is 0"),
+        (file(&set.clone().without(0x0028_0011), EXPLICIT, None), "there are pixels and no Columns (0028,0011)"),
         (file(&set.clone().word(0x0028_0101, 17), EXPLICIT, None), "of 16 bits allocated 17 are stored"),
         (
             file(&set.clone().word(0x0028_0100, 24).word(0x0028_0101, 24).word(0x0028_0102, 23), EXPLICIT, None),
@@ -615,11 +614,14 @@ fn what_is_not_read_is_named() {
         ),
         (file(&set.clone().text(0x0028_0004, "CS", "HSV").word(0x0028_0002, 3), EXPLICIT, None), "photometric interpretation \"HSV\""),
         (file(&set.clone().word(0x0028_0002, 3), EXPLICIT, None), "pixels of 3 samples are MONOCHROME2, which have 1"),
-        (file(&set.clone().text(0x0020_0032, "DS", "1\\2"), EXPLICIT, None), "(0020,0032) has 2 numbers, 3"),
+        (file(&set.clone().text(0x0020_0032, "DS", "1\\2"), EXPLICIT, None), "Image Position (Patient) (0020,0032) has 2 numbers, 3"),
         (file(&set.clone().text(0x0020_0032, "DS", "1\\2\\x"), EXPLICIT, None), "(0020,0032) is \"x\": not a number"),
         (file(&set.clone().numbers(0x0020_0037, &[1.0, 0.0, 0.0, 1.0, 0.0, 0.0]), EXPLICIT, None), "not of length 1 and at right angles"),
-        (file(&set.clone().text(0x0008_0016, "UI", "1.2.840.10008.5.1.4.1.1.66.4"), EXPLICIT, None), "a DICOM file that is a segmentation"),
-        (listing, "a DICOM file that is a list of files (DICOMDIR): there are no voxels in it, give another file or the folder"),
+        (
+            file(&set.clone().text(0x0008_0016, "UI", "1.2.840.10008.5.1.4.1.1.66.4"), EXPLICIT, None),
+            "a DICOM file that is a segmentation: it is not read, give",
+        ),
+        (listing, "a DICOM file that is a list of files (DICOMDIR): give the folder"),
         (b"nothing of the kind".to_vec(), "no DICOM file: it has neither"),
     ] {
         let line = one(&bytes).err().unwrap_or_else(|| panic!("read: {says}")).to_string();
@@ -627,16 +629,24 @@ fn what_is_not_read_is_named() {
     }
     // Folders and archives of nothing.
     let dir = folder(&[("DICOMDIR".to_owned(), file(&bare, EXPLICIT, None)), ("x.txt".to_owned(), b"x".to_vec())]);
-    assert!(refused(dir.path()).contains("no DICOM image among its files: 1 of an object without pixels, 1 of no DICOM file"));
-    // A damaged file of another series is told, one of the series that is read is an error.
+    assert!(refused(dir.path()).contains("no DICOM image among its files: 1 is an object without pixels, 1 is no DICOM file"));
+    // A damaged file of another series is told, one of the series that is read is an error, be it its header or its pixels that are cut.
     let mut files = series("1", &[0.0, 1.0, 2.0], |_, set| set);
+    let alone = folder(&files);
+    let cut = &files[1];
+    for length in [300, cut.1.len() - 100, cut.1.len() - 4] {
+        std::fs::write(alone.path().join(&cut.0), &cut.1[..length]).unwrap();
+        let line = refused(alone.path());
+        assert!(line.contains(&cut.0) && line.ends_with(": take the file away to read the others"), "{line}");
+    }
+    files.extend(series("2", &[0.0], |_, set| set).into_iter().map(|(n, b)| (format!("two/{n}"), b)));
     files.push(("zzz".to_owned(), files[0].1[..300].to_vec()));
     let dir = folder(&files);
-    assert!(told(&Volume::open(dir.path()).unwrap(), "since they are damaged: 1, such as"));
+    assert!(told(&Volume::open(dir.path()).unwrap(), "A file is left out since it is damaged: "));
     let (path, end) = (dir.path().join(&files[1].0), files[1].1.len());
     std::fs::write(&path, &files[1].1[..end - 4]).unwrap();
     let line = refused(dir.path());
-    assert!(line.contains(&files[1].0) && line.contains("take 30 bytes, there are 26"), "{line}");
+    assert!(line.contains(&files[1].0) && line.contains("30 bytes are needed, there are 26"), "{line}");
 }
 
 /// 40 x 32 pixels of 16 bits, 300 x + 1000 (y / 8), in lossless JPEG 2000 as OpenJPEG 2.5.2 writes it.
@@ -812,6 +822,130 @@ fn damaged_files_never_panic_or_dawdle() {
     // Many of the files claim more; tests beside this one take a few.
     let grown = peak::peak() - before;
     assert!(grown < 256 << 20, "memory grew by {grown} bytes");
+}
+
+#[test]
+fn slices_without_positions_are_ordered_by_what_there_is() {
+    // Names that 2 stands before 10 in, against the order of UIDs.
+    let bare = |i: usize, set: Set| set.without(0x0020_0032).without(0x0020_0013).text(0x0008_0018, "UI", format!("1.2.{}", 90 - i));
+    let names = |files: Vec<(String, Vec<u8>)>| -> Vec<(String, Vec<u8>)> {
+        files.into_iter().enumerate().map(|(i, (_, b))| (format!("slice{}.dcm", 8 + i), b)).collect()
+    };
+    let z = [0.0; 4];
+    let volume = Volume::open(folder(&names(series("1", &z, bare))).path()).unwrap();
+    assert_eq!(numbers(&volume), expected(0..4));
+    assert!(told(&volume, "ordered by the names of files"), "{:?}", volume.notes());
+    // By places along an axis, with one slice missing, whatever the names.
+    let located = |i: usize, set: Set| bare(i, set).numbers(0x0020_1041, &[[9.0, 0.0, 3.0, 12.0][i]]);
+    let volume = Volume::open(folder(&names(series("1", &z, located))).path()).unwrap();
+    assert!(told(&volume, "ordered by Slice Location (0020,1041), 3 mm apart") && told(&volume, "missing: 1 of 5"), "{:?}", volume.notes());
+    assert_eq!((volume.grid().dims()[2], volume.grid().spacing()[2], volume.grid().space()), (5, 3.0, Space::Unknown));
+    assert_eq!((numbers(&volume)[..2 * PIXELS].to_vec(), numbers(&volume)[3 * PIXELS..].to_vec()), (expected([1, 2]), expected([0, 3])));
+    // Positions count where directions are missing.
+    let lines = |i: usize, set: Set| set.without(0x0020_0037).numbers(0x0020_0032, &[5.0, 4.0 * [2.0, 0.0, 1.0][i], 7.0]);
+    let volume = Volume::open(folder(&series("1", &[0.0; 3], lines)).path()).unwrap();
+    assert_eq!(numbers(&volume), expected([1, 2, 0]));
+    assert!(told(&volume, "by their positions along (0, 1, 0), 4 mm apart") && !told(&volume, "give no"), "{:?}", volume.notes());
+    assert_eq!((volume.grid().spacing(), volume.grid().space()), ([0.5, 0.75, 4.0], Space::Unknown));
+}
+
+#[test]
+fn sizes_of_pixels_that_are_not_given_or_none() {
+    let set = slice(COLUMNS, ROWS, "1", 1, 0.0, &noise(PIXELS, 0));
+    let volume = one(&file(&set.clone().without(0x0028_0030).text(0x0028_0034, "IS", "3\\2"), EXPLICIT, None)).unwrap();
+    assert_eq!(volume.grid().spacing(), [1.0, 1.5, 1.5]);
+    assert!(told(&volume, "Pixel Aspect Ratio (0028,0034) alone is given, 3 to 2"), "{:?}", volume.notes());
+    let volume = one(&file(&set.numbers(0x0028_0030, &[0.0, -1.0]), EXPLICIT, None)).unwrap();
+    assert!(told(&volume, "Pixel Spacing (0028,0030) is 0 -1: it is taken for 1 1"), "{:?}", volume.notes());
+    assert_eq!(volume.grid().spacing(), [1.0, 1.0, 1.5]);
+}
+
+#[test]
+fn one_channel_of_colours_is_chosen() {
+    let rgb: Vec<u8> = noise(PIXELS * 3, 4).iter().map(|&w| w as u8).collect();
+    let set = slice(COLUMNS, ROWS, "1", 1, 0.0, &[]).word(0x0028_0100, 8).word(0x0028_0101, 8).word(0x0028_0102, 7);
+    let color = set.word(0x0028_0002, 3).text(0x0028_0004, "CS", "RGB").with(0x7fe0_0010, Value::Bytes("OB", rgb.clone()));
+    let dir = folder(&[("image.dcm".to_owned(), file(&color, EXPLICIT, None))]);
+    let path = dir.path().join("image.dcm");
+    let about =
+        |reading: &Reading| io::list(&path, reading).unwrap().iter().map(|i| (i.part, i.count, i.about.clone())).collect::<Vec<_>>();
+    assert_eq!(about(&Reading::new()), [(Part::Channel, 3, "together they are a colour".to_owned())]);
+    for channel in 0..3 {
+        let reading = Reading::new().choice(Choice::new().channel(channel));
+        let volume = io::read_as(&path, &reading).unwrap();
+        let want: Vec<f64> = rgb.iter().skip(channel).step_by(3).map(|&v| v.into()).collect();
+        assert_eq!((numbers(&volume), volume.rescale(), volume.modality()), (want, (1.0, 0.0), Modality::Unknown));
+        assert!(about(&reading)[0].2.starts_with(&format!("channel {channel} is read")));
+    }
+    let line = io::read_as(&path, &Reading::new().choice(Choice::new().channel(3))).unwrap_err().to_string();
+    assert!(line.contains("volume.channel is 3: there are 3, 0 to 2"), "{line}");
+    let dir = folder(&series("1", &[0.0, 1.0], |_, set| set));
+    let line = io::read_as(dir.path(), &Reading::new().choice(Choice::new().channel(1))).unwrap_err().to_string();
+    assert!(line.contains("volume.channel is 1: there is one channel only"), "{line}");
+}
+
+#[test]
+fn copies_and_repeats_at_the_same_positions() {
+    // The same pixels under another UID.
+    let mut files = series("1", &[0.0, 1.0, 2.0], |_, set| set);
+    files.push(("copy".to_owned(), file(&slice(COLUMNS, ROWS, "1", 7, 1.0, &noise(PIXELS, 1)), EXPLICIT, None)));
+    let volume = Volume::open(folder(&files).path()).unwrap();
+    assert_eq!(numbers(&volume), expected(0..3));
+    assert!(told(&volume, "same position and pixels as others: 1"), "{:?}", volume.notes());
+    // A scan made twice, one slice of which is blank both times.
+    let (z, instance) = ([0.0, 1.0, 2.0, 0.0, 1.0, 2.0], [1, 2, 3, 4, 5, 6]);
+    let twice = |instance: [i64; 6]| {
+        series("1", &z, move |i, set| {
+            let set = set.text(0x0020_0013, "IS", instance[i]);
+            if i % 3 == 0 { set.with(0x7fe0_0010, Value::Words("OW", vec![0; PIXELS])) } else { set }
+        })
+    };
+    let dir = folder(&twice(instance));
+    let second = io::read_as(dir.path(), &Reading::new().choice(Choice::new().frame(1))).unwrap();
+    assert_eq!(numbers(&second), [vec![0.0; PIXELS], expected([4, 5])].concat());
+    assert!(told(&second, "2 images at each position, which differ in instance number"), "{:?}", second.notes());
+    // Numbers that do not rise from one time to the next say nothing.
+    let line = refused(folder(&twice([1, 3, 5, 2, 4, 6])).path());
+    assert!(line.contains("take one of them away") && line.contains("same position"), "{line}");
+    // Only what differs is named, with its values.
+    let echoes = |i: usize, set: Set| set.numbers(0x0018_0081, &[[5.0, 12.0][i / 3]]).numbers(0x0018_1060, &[40.0]);
+    let items = io::list(folder(&series("1", &z, echoes)).path(), &Reading::new()).unwrap();
+    assert_eq!(items[0].about, "images at each position: echo times 5 and 12 ms, frame 0 is read");
+}
+
+#[test]
+fn padding_is_told_where_it_is() {
+    let set = slice(5, 1, "1", 1, 0.0, &[1, 2, 63536, 4, 5]).word(0x0028_0120, 63536);
+    assert!(told(&one(&file(&set, EXPLICIT, None)).unwrap(), "have the stored value 63536"));
+    let signed = set.clone().word(0x0028_0103, 1);
+    assert!(told(&one(&file(&signed, EXPLICIT, None)).unwrap(), "have the stored value -2000"));
+    assert!(one(&file(&set.word(0x0028_0120, 3), EXPLICIT, None)).unwrap().notes().iter().all(|n| !n.contains("outside")));
+}
+
+#[test]
+fn slices_out_of_line() {
+    let z = [0.0, 2.0, 4.0, 6.0, 8.0, 10.0];
+    // To and fro is no tilt.
+    let zigzag = |i: usize, set: Set| set.numbers(0x0020_0032, &[3.0 * (i % 2) as f64, 0.0, z[i]]);
+    let volume = Volume::open(folder(&series("1", &z, zigzag)).path()).unwrap();
+    assert!(told(&volume, "do not lie on a straight line") && !told(&volume, "tilt"), "{:?}", volume.notes());
+    assert_eq!(volume.grid().index_to_world().matrix3.z_axis.to_array(), [0.0, 0.0, 2.0]);
+    // A stray one is left out; two of them are in the way.
+    let volume = Volume::open(folder(&series("1", &[0.0, 2.0, 4.0, 6.0, 500.0], |_, set| set)).path()).unwrap();
+    assert!(told(&volume, "lies alone 494 mm from"), "{:?}", volume.notes());
+    assert_eq!((numbers(&volume), volume.grid().spacing()[2]), (expected(0..4), 2.0));
+    let line = refused(folder(&series("1", &[0.0, 2.0, 4.0, 6.0, 500.0, 502.0], |_, set| set)).path());
+    assert!(line.contains("lies 494 mm from the next slice") && line.contains("take away the slices on one side"), "{line}");
+    // Positions that are a little beside their places stay where they are.
+    let volume = Volume::open(folder(&series("1", &[0.0, 2.02, 4.04, 6.0, 8.02, 10.04], |_, set| set)).path()).unwrap();
+    assert!(volume.notes().is_empty() && volume.grid().dims()[2] == 6, "{:?}", volume.notes());
+}
+
+#[test]
+fn archives_of_nothing_say_what_they_hold() {
+    let listed = zip(&[("a.png", b"x".to_vec()), ("b.png", b"y".to_vec())], false, |_| {});
+    let dir = folder(&[("a.zip".to_owned(), listed)]);
+    assert!(refused(&dir.path().join("a.zip")).contains("holds 2 files, none of a format that is read from archives (DICOM, NumPy, Zarr)"));
 }
 
 #[test]

@@ -38,8 +38,21 @@ struct Found<'a> {
 fn found<'a>(archive: &Archive, entries: &'a [Entry]) -> Result<(Vec<Found<'a>>, Vec<String>)> {
     let arrays: Vec<&Entry> = entries.iter().filter(|e| e.name.ends_with(".npy")).collect();
     if arrays.is_empty() {
-        let first = entries.first().map_or(String::new(), |e| format!(", only {:?}", e.name));
-        return Err(archive.0.fault(format!("the zip archive holds {} files and no .npy array{first}", entries.len())));
+        let files: Vec<&Entry> = entries.iter().filter(|e| !e.name.ends_with('/')).collect();
+        // What is packed in a way that is not read cannot be looked into.
+        files.first().map(|first| archive.open(first)).transpose()?;
+        let what = match files[..] {
+            [] => "the zip archive is empty".to_owned(),
+            [one] => {
+                format!("the zip archive holds one file, {:?}, of no format that is read from archives (DICOM, NumPy, Zarr)", one.name)
+            }
+            [first, ..] => format!(
+                "the zip archive holds {} files, none of a format that is read from archives (DICOM, NumPy, Zarr), such as {:?}",
+                files.len(),
+                first.name
+            ),
+        };
+        return Err(archive.0.fault(what));
     }
     if arrays.len() > MOST_ARRAYS {
         return Err(archive.0.fault(format!("{} arrays: at most {MOST_ARRAYS} are looked into", arrays.len())));

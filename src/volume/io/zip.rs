@@ -19,6 +19,10 @@ const END: usize = 22;
 /// Bytes of the record before it that says where the 64-bit one is.
 const LOCATOR: usize = 20;
 
+/// Methods of compression that are not read, by their numbers.
+const METHODS: [(u16, &str); 8] =
+    [(1, "shrink"), (6, "implode"), (9, "deflate64"), (12, "bzip2"), (14, "LZMA"), (93, "Zstandard"), (95, "xz"), (98, "PPMd")];
+
 /// One file in the archive.
 pub(super) struct Entry {
     pub(super) name: String,
@@ -117,7 +121,10 @@ impl Archive {
         let (stream, bound): (Box<dyn Read>, u64) = match entry.method {
             0 => (Box::new(packed), entry.packed),
             8 => (Box::new(DeflateDecoder::new(packed)), inflated_bound(entry.packed)),
-            other => return Err(self.0.fault(format!("{name:?} is compressed by method {other}: only stored and deflated are read"))),
+            other => {
+                let how = METHODS.iter().find(|m| m.0 == other).map_or_else(|| format!("method {other}"), |m| m.1.to_owned());
+                return Err(self.0.fault(format!("entries are compressed by {how}, which is not read: unpack it ({name:?} for one)")));
+            }
         };
         if entry.unpacked > bound {
             let what =

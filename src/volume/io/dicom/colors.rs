@@ -67,6 +67,24 @@ pub(super) fn put(image: &Image, frame: &[u8], out: &mut Voxels, first: usize) {
     }
 }
 
+/// Puts one channel of a frame's colours into `out`, whose first pixel is `first`.
+pub(super) fn put_channel(image: &Image, frame: &[u8], out: &mut Voxels, first: usize, channel: usize) {
+    fn pick<T: Copy>(out: &mut [T], all: &[T], channel: usize) {
+        out.iter_mut().zip(all.chunks_exact(4)).for_each(|(to, from)| *to = from[channel]);
+    }
+    let count = image.layout.pixels();
+    let mut all = match out {
+        Voxels::U8(_) => Voxels::from(vec![0u8; 4 * count]),
+        _ => Voxels::from(vec![0u16; 4 * count]),
+    };
+    put(image, frame, &mut all, 0);
+    match (out, &all) {
+        (Voxels::U8(out), Voxels::U8(all)) => pick(&mut out[first..first + count], all, channel),
+        (Voxels::U16(out), Voxels::U16(all)) => pick(&mut out[first..first + count], all, channel),
+        _ => {}
+    }
+}
+
 fn put_palette(image: &Image, palette: &Palette, frame: &[u8], out: &mut Voxels, first: usize) {
     let range = 4 * first..4 * (first + image.layout.pixels());
     let size = image.layout.kind().bytes();

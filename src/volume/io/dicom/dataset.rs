@@ -1,14 +1,16 @@
 //! From a file to what is known of its images: the header is gone through up to the pixels.
 
-use super::elements::{Bytes, Encoding, shown};
+use super::elements::{Bytes, Element, Encoding};
 use super::header::{Header, MOST_FRAMES, text};
 use super::image::{Image, Photometric};
 use super::syntax::{Codec, Syntax};
 use super::tags::*;
 use crate::volume::VoxelType;
 use crate::volume::io::Endian;
+use crate::volume::io::source::Source;
 use crate::volume::io::tree::Leaf;
 use crate::{Error, Result};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// Bytes before the magic.
@@ -17,11 +19,22 @@ const PREAMBLE: usize = 128;
 /// The class of files that list the others of a folder.
 const DIRECTORY: &str = "1.2.840.10008.1.3.10";
 
+/// What one file is, and what several are.
+pub(super) type Kind = (&'static str, &'static str);
+
+pub(super) const LIST: Kind = ("a list of files (DICOMDIR)", "lists of files (DICOMDIR)");
+pub(super) const SEGMENTATION: Kind = ("a segmentation", "segmentations");
+pub(super) const WITHOUT_PIXELS: Kind = ("an object without pixels", "objects without pixels");
+/// No DICOM file.
+pub(super) const FOREIGN: Kind = ("no DICOM file", "no DICOM files");
+
 /// What a file turned out to be.
 pub(super) enum Found {
     Image(Box<Image>),
     /// A DICOM file that is no image: what it is.
-    Other(&'static str),
+    Other(Kind),
+    /// A file that is damaged: the UID of its series, empty where that is not known; `None` where it may be no DICOM file at all.
+    Damaged(Option<String>, Error),
     /// No DICOM file.
     Nothing,
 }
@@ -45,11 +58,22 @@ pub(super) fn looks_bare(head: &[u8]) -> bool {
 /// When it is a DICOM file and not what it claims to be.
 pub(super) fn look(leaf: Leaf) -> Result<Found> {
     let Leaf { index, path, mut source } = leaf;
-    let head = source.peek(PREAMBLE + 8)?;
-    let magic = has_magic(head);
-    if !magic && !looks_bare(head) {
-        return Ok(Found::Nothing);
+    let mut series = None;
+    let found = source.peek(PREAMBLE + 8).map(|head| (has_magic(head), looks_bare(head))).and_then(|(magic, bare)| match (magic, bare) {
+        (false, false) => Ok(Found::Nothing),
+        _ => {
+            series = magic.then(String::new);
+            inside((index, path), source, magic, &mut series)
+        }
+    });
+    match found {
+        Err(e @ (Error::Format { .. } | Error::Limit { .. } | Error::Io { .. })) => Ok(Found::Damaged(series, e)),
+        other => other,
     }
+}
+
+/// Looks into a DICOM file; tells the UID of its `series` as soon as that is known.
+fn inside((index, path): (usize, PathBuf), source: Source, magic: bool, series: &mut Option<String>) -> Result<Found> {
     let fault = |what: String| Error::format(&path, what);
     let mut bytes = Bytes::new(source);
     if magic {
@@ -67,7 +91,7 @@ pub(super) fn look(leaf: Leaf) -> Result<Found> {
         }
     }
     if is_list {
-        return Ok(Found::Other("a list of files (DICOMDIR)"));
+        return Ok(Found::Other(LIST));
     }
     let seen = seen_encoding(bytes.source.peek(6)?);
     let mut syntax = named.filter(|uid| !uid.is_empty()).map_or_else(|| Syntax::unnamed(seen), |uid| Syntax::of(&uid));
@@ -80,20 +104,31 @@ pub(super) fn look(leaf: Leaf) -> Result<Found> {
         syntax.encoding.explicit = seen.explicit;
     }
     let mut header = Header::default();
-    let pixels = bytes.data_set(syntax.encoding, &mut header)?;
+    let pixels = bytes.data_set(syntax.encoding, &mut header);
+    let uid = header.text(SERIES);
+    if !uid.is_empty() {
+        *series = Some(uid);
+    }
+    described(header, pixels?, &bytes, syntax, (index, before))
+}
+
+/// What the elements of a data set say, of which `bytes` were read up to the pixels.
+fn described(header: Header, pixels: Option<Element>, bytes: &Bytes, syntax: Syntax, (index, before): (usize, u64)) -> Result<Found> {
+    let path = bytes.source.path().to_path_buf();
+    let fault = |what: String| Error::format(&path, what);
     if let Some(what) = header.fault {
         return Err(fault(what));
     }
     let class = header.text(SOP_CLASS);
     let Some(pixels) = pixels else {
-        return Ok(Found::Other(if header.text(MODALITY).is_empty() { "no image" } else { "an object without pixels" }));
+        return Ok(Found::Other(WITHOUT_PIXELS));
     };
     let segments = ["1.2.840.10008.5.1.4.1.1.66.4", "1.2.840.10008.5.1.4.1.1.66.7"].contains(&class.as_str());
     if segments || header.number(BITS_ALLOCATED) == Some(1.0) {
-        return Ok(Found::Other("a segmentation"));
+        return Ok(Found::Other(SEGMENTATION));
     }
     let (layout, bits, mut unread) = header.layout(pixels.tag, syntax.codec).map_err(fault)?;
-    let count = header.count(NUMBER_OF_FRAMES, "number of frames", 0, Some(1)).map_err(fault)?.max(1);
+    let count = header.count(NUMBER_OF_FRAMES, 0, Some(1)).map_err(fault)?.max(1);
     if count > MOST_FRAMES {
         let what = format!("{}: frames", path.display());
         return Err(Error::Limit { what, needed: count as u128, limit: MOST_FRAMES as u128 });
@@ -106,7 +141,8 @@ pub(super) fn look(leaf: Leaf) -> Result<Found> {
             let needed = whole * count as u128;
             if needed > u128::from(length.min(held)) {
                 let what = format!(
-                    "{count} frames of {} x {} pixels of {} x {} bits take {needed} bytes, there are {}",
+                    "{} of {} x {} pixels of {} x {} bits: {needed} bytes are needed, there are {}",
+                    frames_of(count),
                     layout.columns,
                     layout.rows,
                     layout.samples,
@@ -122,7 +158,7 @@ pub(super) fn look(leaf: Leaf) -> Result<Found> {
         _ => 8,
     };
     if count as u128 * each > u128::from(held) && unread.is_none() {
-        return Err(fault(format!("{count} frames are claimed, {held} bytes follow, of at least {each} bytes each")));
+        return Err(fault(format!("frames claimed: {count}, {held} bytes follow, where each takes at least {each}")));
     }
     if syntax.codec == Codec::Unread {
         unread = Some(format!(
@@ -161,6 +197,11 @@ pub(super) fn look(leaf: Leaf) -> Result<Found> {
         frames: header.into_frames(count).map_err(fault)?,
         path: path.clone(),
     })))
+}
+
+/// So many frames, in words.
+fn frames_of(count: usize) -> String {
+    if count == 1 { "one frame".to_owned() } else { format!("{count} frames") }
 }
 
 /// How elements are written, judged by the first of them.

@@ -4,6 +4,7 @@
 //! tag, in explicit VR the type of its value (VR), its length, and its value. A sequence holds items, each a data set of its own; sequences
 //! and items of undefined length end with a delimiter.
 
+use super::tags::shown;
 use crate::volume::io::Endian;
 use crate::volume::io::source::Source;
 use crate::{Error, Result};
@@ -46,11 +47,6 @@ pub(super) struct Element {
     pub(super) vr: [u8; 2],
     /// Bytes of its value; `None` where a delimiter ends it.
     pub(super) length: Option<u64>,
-}
-
-/// A tag as it is usually written.
-pub(super) fn shown(tag: u32) -> String {
-    format!("({:04X},{:04X})", tag >> 16, tag & 0xffff)
 }
 
 /// What is done with the elements of a data set. `path` holds the tags of the sequences that one stands in.

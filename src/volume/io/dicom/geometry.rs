@@ -2,21 +2,25 @@
 //!
 //! Source: DICOM PS3.3, section C.7.6.2.1.1: a pixel lies at position + row direction * column number * column spacing + column direction *
 //! row number * row spacing. Slices are ordered by how far their positions lie along the normal, the cross product of the two directions.
+//! Where directions are not given, they are ordered along the line that their positions are on (`unplaced.rs`: where those are not given).
 
-use super::image::{Facts, KEYS, key};
+use super::image::Facts;
 use super::series::{Frame, Study};
+use super::tags::{ORIENTATION, PIXEL_ASPECT, PIXEL_SPACING, shown};
 use crate::volume::Space;
 use crate::volume::io::reading::{Part, Reading, pick};
 use crate::{Error, Result};
 use glam::{DMat3, DVec3};
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// Distances from slice to slice may differ by so much of themselves.
-const UNEVEN: f64 = 0.01;
+pub(super) const UNEVEN: f64 = 0.01;
 /// Positions nearer to each other than this are the same, in millimetres.
-const NEAREST: f64 = 1e-5;
-/// Slices that are made up where some are missing or uneven: at most so many for each one that is there.
-const MOST_MADE: usize = 8;
+pub(super) const NEAREST: f64 = 1e-5;
+
+/// Checksums of the pixels of these images. Those that are the same have the same checksum; it may be missing where that is not known.
+pub(super) type Sums<'a> = &'a dyn Fn(&BTreeSet<usize>) -> Result<BTreeMap<usize, Vec<u8>>>;
 
 /// How slices that are there become slices of the volume.
 #[derive(Debug, Clone, PartialEq)]
@@ -48,51 +52,28 @@ pub(super) struct Stack {
     /// Steps along a row, along a column, and to the next slice.
     pub(super) steps: DMat3,
     pub(super) space: Space,
-    /// How many moments there are.
+    /// How many moments there are, and what is known of them.
     pub(super) moments: usize,
+    pub(super) values: String,
     pub(super) notes: Vec<String>,
 }
 
-/// What images at one position may be told apart by, the surest first.
-const SIGNS: [(&str, &[usize]); 8] = [
-    ("temporal position", &[key::TEMPORAL]),
-    ("trigger time", &[key::TRIGGER]),
-    ("echo time", &[key::ECHO]),
-    ("b-value", &[key::B_VALUE]),
-    ("diffusion", &[key::B_VALUE, key::GRADIENT, key::GRADIENT + 1, key::GRADIENT + 2]),
-    ("temporal position, trigger time, echo time and diffusion", ALL_BUT_TIME),
-    ("acquisition", &[key::ACQUISITION]),
-    ("acquisition time", &[key::TIME]),
-];
-
-/// All keys but number and time of the acquisition.
-const ALL_BUT_TIME: &[usize] = &[0, 1, 2, 3, 4, 5, 6];
-
-/// Something to order images at one position by.
-type Sign = ([Option<f64>; KEYS], Option<String>, usize);
-
-fn sign_of(facts: &Facts, keys: &[usize]) -> [Option<f64>; KEYS] {
-    std::array::from_fn(|i| if keys.contains(&i) { facts.keys[i] } else { None })
+pub(super) struct Builder<'a> {
+    pub(super) study: &'a Study,
+    pub(super) path: &'a Path,
+    pub(super) notes: Vec<String>,
 }
 
-fn order(a: &Sign, b: &Sign) -> std::cmp::Ordering {
-    let keys = a.0.iter().zip(&b.0).map(|(a, b)| a.unwrap_or(f64::NEG_INFINITY).total_cmp(&b.unwrap_or(f64::NEG_INFINITY)));
-    keys.fold(std::cmp::Ordering::Equal, std::cmp::Ordering::then).then_with(|| a.1.cmp(&b.1)).then(a.2.cmp(&b.2))
-}
-
-struct Builder<'a> {
-    study: &'a Study,
-    path: &'a Path,
-    notes: Vec<String>,
-}
+/// Slices of one moment in their order, how many moments there are, and what is known of these.
+type Chosen = (Vec<Frame>, usize, String);
 
 impl Builder<'_> {
-    fn facts(&self, frame: &Frame) -> &Facts {
+    pub(super) fn facts(&self, frame: &Frame) -> &Facts {
         &self.study.images[frame.image].frames[frame.frame]
     }
 
     /// What messages call a frame.
-    fn name(&self, frame: &Frame) -> String {
+    pub(super) fn name(&self, frame: &Frame) -> String {
         let image = &self.study.images[frame.image];
         let path = image.path.display();
         if image.frames.len() > 1 { format!("frame {} of {path}", frame.frame) } else { path.to_string() }
@@ -103,18 +84,23 @@ impl Builder<'_> {
     }
 
     /// Sizes of a pixel along a row and along a column.
-    fn pixel(&mut self, first: &Frame) -> [f64; 2] {
-        match self.facts(first).spacing {
-            Some([y, x]) if y > 0.0 && x > 0.0 => [x, y],
-            _ => {
-                self.notes.push("The size of a pixel is not given: taken for 1 x 1 mm.".to_owned());
-                [1.0, 1.0]
+    pub(super) fn pixel(&mut self, first: &Frame) -> [f64; 2] {
+        let facts = self.facts(first);
+        let (size, note) = match (facts.spacing, facts.aspect) {
+            (Some([y, x]), _) if y > 0.0 && x > 0.0 => return [x, y],
+            (Some([y, x]), _) => ([1.0, 1.0], format!("{} is {y} {x}: it is taken for 1 1.", shown(PIXEL_SPACING))),
+            (None, Some([y, x])) if y > 0.0 && x > 0.0 => {
+                let ratio = y / x;
+                ([1.0, ratio], format!("Of pixels {} alone is given, {y} to {x}: taken for 1 x {ratio} mm.", shown(PIXEL_ASPECT)))
             }
-        }
+            _ => ([1.0, 1.0], "The size of a pixel is not given: taken for 1 x 1 mm.".to_owned()),
+        };
+        self.notes.push(note);
+        size
     }
 
     /// Distance of slices where positions do not tell it.
-    fn thickness(&mut self, first: &Frame) -> f64 {
+    pub(super) fn thickness(&mut self, first: &Frame) -> f64 {
         let facts = self.facts(first);
         let said = [(facts.between, "spacing between slices"), (facts.thickness, "slice thickness")];
         let found = said.into_iter().find_map(|(value, name)| Some((value.filter(|v| *v > 0.0)?, name)));
@@ -130,153 +116,84 @@ impl Builder<'_> {
         }
     }
 
-    /// Images at the same position: one of each for every moment, ordered, and what they differ in. `None` where nothing tells them apart.
-    fn moments(&self, clusters: &[Vec<Frame>]) -> Option<(&'static str, Vec<Vec<Frame>>)> {
-        let count = clusters[0].len();
-        if clusters.iter().any(|c| c.len() != count) {
-            return SIGNS.into_iter().find_map(|(name, keys)| Some((name, self.complete(clusters, keys)?)));
-        }
-        let one_file = clusters.iter().flatten().all(|f| f.image == clusters[0][0].image);
-        let tried = SIGNS.map(|(name, keys)| (name, keys, false, false));
-        let last = [("kind of image", ALL_BUT_TIME, true, false), ("order in the file", &[][..], false, true)];
-        for (name, keys, by_kind, by_order) in tried.into_iter().chain(last) {
-            if by_order && !one_file {
-                continue;
-            }
-            let sign = |f: &Frame| -> Sign {
-                let kind = if by_kind { self.facts(f).kind.as_deref().map(str::to_owned) } else { None };
-                (sign_of(self.facts(f), keys), kind, if by_order { f.frame } else { 0 })
-            };
-            let sorted = clusters.iter().map(|cluster| {
-                let mut signed: Vec<(Sign, Frame)> = cluster.iter().map(|f| (sign(f), *f)).collect();
-                signed.sort_by(|a, b| order(&a.0, &b.0));
-                let distinct = signed.windows(2).all(|w| order(&w[0].0, &w[1].0).is_lt());
-                distinct.then(|| signed.into_iter().map(|s| s.1).collect::<Vec<_>>())
-            });
-            if let Some(sorted) = sorted.collect::<Option<Vec<_>>>() {
-                return Some((name, sorted));
-            }
-        }
-        None
-    }
-
-    /// Those moments that have one image at every position, where others do not: a scan that was broken off.
-    fn complete(&self, clusters: &[Vec<Frame>], keys: &[usize]) -> Option<Vec<Vec<Frame>>> {
-        let sign = |f: &Frame| -> Sign { (sign_of(self.facts(f), keys), None, 0) };
-        let mut moments: Vec<Sign> = clusters[0].iter().map(sign).collect();
-        moments.sort_by(order);
-        let of = |cluster: &[Frame], moment: &Sign| -> Vec<Frame> {
-            cluster.iter().filter(|f| order(&sign(f), moment).is_eq()).copied().collect()
-        };
-        let distinct = moments.windows(2).all(|w| order(&w[0], &w[1]).is_lt());
-        moments.retain(|m| clusters.iter().all(|c| of(c, m).len() == 1));
-        (distinct && !moments.is_empty()).then(|| clusters.iter().map(|c| moments.iter().flat_map(|m| of(c, m)).collect()).collect())
-    }
-
-    /// Slices of files that do not say where they lie.
-    fn unplaced(mut self, frames: &[Frame], reading: &Reading) -> Result<Stack> {
-        pick(self.path, Part::Frame, reading.choice.frame, 1)?;
-        let [x, y] = self.pixel(&frames[0]);
-        let z = self.thickness(&frames[0]);
-        if frames.len() > 1 {
-            let what = "Files do not say where slices lie: they are ordered by their instance numbers, or as they stand in the file.";
-            self.notes.push(what.to_owned());
-        }
-        let steps = DMat3::from_diagonal(DVec3::new(x, y, z));
-        Ok(Stack {
-            slices: frames.to_vec(),
-            plan: Plan::Direct,
-            origin: DVec3::ZERO,
-            steps,
-            space: Space::Unknown,
-            moments: 1,
-            notes: self.notes,
-        })
-    }
-
     /// Slices of one moment, in their order, from the frames of every position.
-    fn one_each(&mut self, clusters: Vec<Vec<Frame>>, normal: DVec3, reading: &Reading) -> Result<(Vec<Frame>, usize)> {
-        let Some(several) = clusters.iter().find(|c| c.len() > 1) else {
+    fn one_each(&mut self, clusters: Vec<Vec<Frame>>, normal: DVec3, sums: Sums, reading: &Reading) -> Result<Chosen> {
+        let is_single = |clusters: &[Vec<Frame>]| clusters.iter().all(|c| c.len() == 1);
+        let mut clusters = clusters;
+        let mut found = if is_single(&clusters) { None } else { self.moments(&clusters) };
+        if found.is_none() && !is_single(&clusters) {
+            let mut unique = clusters.clone();
+            let several: BTreeSet<usize> = clusters.iter().filter(|c| c.len() > 1).flatten().map(|f| f.image).collect();
+            let sums = sums(&several)?;
+            for cluster in &mut unique {
+                let mut seen = BTreeSet::new();
+                cluster.retain(|f| sums.get(&f.image).is_none_or(|sum| seen.insert((sum, f.frame))));
+            }
+            // Of a scan that was repeated some slices may be the same, blank ones for example: copies they are where all others have gone.
+            if !is_single(&unique) {
+                found = self.repeats(&clusters);
+            }
+            let count = |clusters: &[Vec<Frame>]| clusters.iter().map(Vec::len).sum::<usize>();
+            let copies = count(&clusters) - count(&unique);
+            if found.is_none() && copies > 0 {
+                self.notes.push(format!("Images left out since they have the same position and pixels as others: {copies}."));
+                clusters = unique;
+                if !is_single(&clusters) {
+                    found = self.moments(&clusters).or_else(|| self.repeats(&clusters));
+                }
+            }
+        }
+        let Some(found) = found else {
+            if let Some(several) = clusters.iter().find(|c| c.len() > 1) {
+                return Err(self.same_place(&several[0], &several[1], normal));
+            }
             pick(self.path, Part::Frame, reading.choice.frame, 1)?;
-            return Ok((clusters.into_iter().flatten().collect(), 1));
+            return Ok((clusters.into_iter().flatten().collect(), 1, String::new()));
         };
-        let Some((name, sorted)) = self.moments(&clusters) else {
-            let (first, second) = (&several[0], &several[1]);
-            let at = self.position(first);
-            let what = format!(
-                "lies at the same position as {}, ({}, {}, {}), which is {} mm along the normal, and nothing tells them apart",
-                self.name(second),
-                at.x,
-                at.y,
-                at.z,
-                at.dot(normal)
-            );
-            return Err(Error::format(self.name(first), what));
-        };
-        let count = sorted[0].len();
+        let count = found.sorted[0].len();
         let left_out = clusters.iter().map(Vec::len).sum::<usize>() - count * clusters.len();
         if left_out > 0 {
             self.notes.push(format!("Images left out: {left_out}, of moments that were not taken at every position."));
         }
         let chosen = pick(self.path, Part::Frame, reading.choice.frame, count)?;
-        let how = if reading.choice.frame.is_some() { "as chosen" } else { "the first" };
-        self.notes.push(format!("There are {count} images at each position, which differ in {name}: frame {chosen} is read, {how}."));
-        Ok((sorted.into_iter().map(|c| c[chosen]).collect(), count))
+        if count > 1 {
+            let how = if reading.choice.frame.is_some() { "as chosen" } else { "the first" };
+            let name = &found.name;
+            self.notes.push(format!("There are {count} images at each position, which differ in {name}: frame {chosen} is read, {how}."));
+        }
+        Ok((found.sorted.into_iter().map(|c| c[chosen]).collect(), count, found.values))
     }
 
-    /// Where slices belong whose distances along the normal are these.
-    fn plan(&mut self, along: &[f64]) -> Plan {
-        let n = along.len();
-        let range = along[n - 1] - along[0];
-        let mean = range / (n - 1) as f64;
-        let gaps: Vec<f64> = along.windows(2).map(|w| w[1] - w[0]).collect();
-        if gaps.iter().all(|gap| (gap - mean).abs() <= UNEVEN * mean) {
-            return Plan::Direct;
+    /// What is said of two images that lie in the same place and that nothing tells apart.
+    fn same_place(&self, first: &Frame, second: &Frame, normal: DVec3) -> Error {
+        let at = self.position(first);
+        let place =
+            format!("({}, {}, {}), which is {} mm along the normal, and nothing tells them apart", at.x, at.y, at.z, at.dot(normal));
+        if first.image == second.image {
+            let what = format!("frames {} and {} lie at the same position, {place}: they make no volume", first.frame, second.frame);
+            return Error::format(&self.study.images[first.image].path, what);
         }
-        let least = gaps.iter().fold(f64::INFINITY, |a, &b| a.min(b)).max(range / (MOST_MADE * n) as f64);
-        let whole: Vec<f64> = gaps.iter().map(|gap| libm::rint(gap / least).max(1.0)).collect();
-        let count = whole.iter().sum::<f64>() as usize + 1;
-        let step = range / (count - 1) as f64;
-        if gaps.iter().zip(&whole).all(|(gap, k)| (gap - k * step).abs() <= UNEVEN * k * step) {
-            let wide: Vec<usize> = (0..gaps.len()).filter(|&i| whole[i] > 1.0).collect();
-            let shown: Vec<String> = wide.iter().take(4).map(|&i| format!("{} to {} mm", short(along[i]), short(along[i + 1]))).collect();
-            let more = if wide.len() > 4 { format!(" and {} more", wide.len() - 4) } else { String::new() };
-            self.notes.push(format!(
-                "Slices are missing: {} of {count}, between {}{more} along the normal; they are interpolated linearly.",
-                count - n,
-                shown.join(", ")
-            ));
-            let mut place = 0;
-            let places = std::iter::once(0).chain(whole.iter().map(|k| {
-                place += *k as usize;
-                place
-            }));
-            return Plan::Fill { places: places.collect(), count };
-        }
-        let count = (libm::rint(range / least) as usize).max(1) + 1;
-        let step = range / (count - 1) as f64;
-        let most = gaps.iter().fold(0.0, |a: f64, &b| a.max(b));
-        let smallest = gaps.iter().fold(f64::INFINITY, |a, &b| a.min(b));
-        self.notes.push(format!(
-            "Slices are unevenly spaced, {} to {} mm: {count} slices {} mm apart are interpolated linearly between the {n} that are there.",
-            short(smallest),
-            short(most),
-            short(step)
-        ));
-        let mut below = 0;
-        let places = (0..count).map(|k| {
-            let at = along[0] + step * k as f64;
-            while below + 2 < n && along[below + 1] <= at {
-                below += 1;
-            }
-            below as f64 + ((at - along[below]) / gaps[below]).clamp(0.0, 1.0)
-        });
-        Plan::Resample { places: places.collect() }
+        let what = format!("lies at the same position as {}, {place}: take one of them away", self.name(second));
+        Error::format(self.name(first), what)
+    }
+
+    /// The direction that positions differ in, where directions of rows and columns are not given: along its largest part it rises.
+    fn line(&self, frames: &[Frame]) -> Option<DVec3> {
+        let farthest = |from: DVec3| {
+            let distance = |f: &Frame| (self.position(f) - from).length();
+            // Of several that are as far, the first.
+            let found = frames.iter().rev().max_by(|a, b| distance(a).total_cmp(&distance(b)));
+            found.map_or(from, |f| self.position(f))
+        };
+        let one = farthest(self.position(&frames[0]));
+        let between = farthest(one) - one;
+        let largest = between.to_array().into_iter().max_by(|a, b| a.abs().total_cmp(&b.abs()))?;
+        (between.length() > NEAREST).then(|| between.normalize() * largest.signum())
     }
 }
 
 /// A length with as many digits as are of use.
-fn short(millimetres: f64) -> f64 {
+pub(super) fn short(millimetres: f64) -> f64 {
     libm::rint(millimetres * 1e4) / 1e4 + 0.0
 }
 
@@ -284,22 +201,27 @@ fn short(millimetres: f64) -> f64 {
 ///
 /// # Errors
 /// When directions are no directions, or images at one position cannot be told apart.
-pub(super) fn stack(study: &Study, path: &Path, frames: &[Frame], reading: &Reading) -> Result<Stack> {
+pub(super) fn stack(study: &Study, path: &Path, frames: &[Frame], sums: Sums, reading: &Reading) -> Result<Stack> {
     let mut builder = Builder { study, path, notes: Vec::new() };
     let first = builder.facts(&frames[0]).clone();
-    let (Some([row, column]), Some(_)) = (first.orientation, first.position) else {
-        return builder.unplaced(frames, reading);
-    };
-    if (row.length() - 1.0).abs() > 0.01 || (column.length() - 1.0).abs() > 0.01 || row.dot(column).abs() > 0.01 {
-        let what = format!("directions of rows {row} and columns {column} are not of length 1 and at right angles to each other");
-        return Err(Error::format(builder.name(&frames[0]), what));
+    let directions = first.orientation.map(|[row, column]| (row, column));
+    if let Some((row, column)) = directions.filter(|_| first.position.is_some()) {
+        if (row.length() - 1.0).abs() > 0.01 || (column.length() - 1.0).abs() > 0.01 || row.dot(column).abs() > 0.01 {
+            let what = format!("directions of rows {row} and columns {column} are not of length 1 and at right angles to each other");
+            return Err(Error::format(builder.name(&frames[0]), what));
+        }
     }
-    let (row, column) = (row.normalize(), column.normalize());
-    let normal = row.cross(column).normalize();
+    let directions = directions.map(|(row, column)| (row.normalize(), column.normalize()));
+    let normal = match (first.position, directions) {
+        (Some(_), Some((row, column))) => Some(row.cross(column).normalize()),
+        (Some(_), None) => builder.line(frames),
+        (None, _) => None,
+    };
+    let Some(normal) = normal else { return builder.unplaced(frames, reading) };
     let mut sorted: Vec<(f64, Frame)> = frames.iter().map(|f| (builder.position(f).dot(normal), *f)).collect();
     sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
     // A few slices far away from the others do not make these the same.
-    let apart = sorted.len() / 20;
+    let apart = sorted.len().div_ceil(20).min((sorted.len() - 1) / 2);
     let inner = &sorted[apart..sorted.len() - apart];
     let near = NEAREST.max(UNEVEN * (inner[inner.len() - 1].0 - inner[0].0) / (inner.len() - 1).max(1) as f64);
     let mut clusters: Vec<Vec<Frame>> = Vec::new();
@@ -311,31 +233,59 @@ pub(super) fn stack(study: &Study, path: &Path, frames: &[Frame], reading: &Read
         }
         last = along;
     }
-    let (slices, moments) = builder.one_each(clusters, normal, reading)?;
+    let (mut slices, moments, values) = builder.one_each(clusters, normal, sums, reading)?;
     let [x, y] = builder.pixel(&slices[0]);
-    let positions: Vec<DVec3> = slices.iter().map(|f| builder.position(f)).collect();
-    let (origin, end) = (positions[0], positions[positions.len() - 1]);
-    let n = slices.len();
-    let (plan, z) = if n == 1 {
-        (Plan::Direct, normal * builder.thickness(&slices[0]))
+    let (mut plan, mut z) = (Plan::Direct, normal);
+    if slices.len() == 1 {
+        z *= builder.thickness(&slices[0]);
     } else {
-        let along: Vec<f64> = positions.iter().map(|p| p.dot(normal)).collect();
-        let plan = builder.plan(&along);
-        let z = (end - origin) / (plan.count(n) - 1) as f64;
-        let lean = libm::acos((z.dot(normal) / z.length()).clamp(-1.0, 1.0)).to_degrees();
-        if lean > 0.1 {
-            builder
-                .notes
-                .push(format!("Slices are shifted against each other by {} degrees (gantry tilt): the grid is sheared.", short(lean)));
-        }
-        // Where slices would lie if they stood in one line.
-        let off = |(p, a): (&DVec3, &f64)| (*p - origin - (end - origin) * ((a - along[0]) / (along[n - 1] - along[0]))).length();
-        let most = positions.iter().zip(&along).map(off).fold(0.0, f64::max);
-        if most > 0.5 * x.min(y) {
-            builder.notes.push(format!("Slices do not stand in one line: some lie {} mm beside it, which is not followed.", short(most)));
-        }
-        (plan, z)
+        let mut along: Vec<f64> = slices.iter().map(|f| builder.position(f).dot(normal)).collect();
+        plan = builder.plan(&mut slices, &mut along)?;
+        z = builder.step(&slices, &along, normal, plan.count(slices.len()));
+    }
+    let origin = builder.position(&slices[0]);
+    let Some((row, column)) = directions else {
+        let step = short(z.length());
+        builder.notes.push(format!(
+            "Files do not say which way rows and columns lie, {}: slices are ordered by their positions along ({}, {}, {}), {step} mm apart.",
+            shown(ORIENTATION),
+            short(normal.x),
+            short(normal.y),
+            short(normal.z)
+        ));
+        let steps = DMat3::from_diagonal(DVec3::new(x, y, z.length()));
+        return Ok(Stack { slices, plan, origin: DVec3::ZERO, steps, space: Space::Unknown, moments, values, notes: builder.notes });
     };
     let steps = DMat3::from_cols(row * x, column * y, z);
-    Ok(Stack { slices, plan, origin, steps, space: Space::Lps, moments, notes: builder.notes })
+    Ok(Stack { slices, plan, origin, steps, space: Space::Lps, moments, values, notes: builder.notes })
+}
+
+impl Builder<'_> {
+    /// The step from slice to slice, of which there are `count`: from the first position to the last one, unless these stand on no line.
+    fn step(&mut self, slices: &[Frame], along: &[f64], normal: DVec3, count: usize) -> DVec3 {
+        let n = slices.len();
+        let positions: Vec<DVec3> = slices.iter().map(|f| self.position(f)).collect();
+        let whole = positions[n - 1] - positions[0];
+        let range = along[n - 1] - along[0];
+        let straight = normal * range;
+        let off = |(p, a): (&DVec3, &f64)| (*p - positions[0] - whole * ((a - along[0]) / range)).length();
+        let most = positions.iter().zip(along).map(off).fold(0.0, f64::max);
+        let spacing = range / (count - 1) as f64;
+        let is_line = most <= (UNEVEN * spacing).max(1e-4);
+        if !is_line {
+            let what = format!("Positions do not lie on a straight line: some lie {} mm beside it, which is not followed.", short(most));
+            self.notes.push(what);
+        }
+        // A tilt is what is left of the way beside the normal when positions go to and fro.
+        if !is_line && (whole - straight).length() < 2.0 * most {
+            return straight / (count - 1) as f64;
+        }
+        let step = whole / (count - 1) as f64;
+        let lean = libm::acos((step.dot(normal) / step.length()).clamp(-1.0, 1.0)).to_degrees();
+        if lean > 0.1 {
+            self.notes
+                .push(format!("Slices are shifted against each other by {} degrees (gantry tilt): the grid is sheared.", short(lean)));
+        }
+        step
+    }
 }

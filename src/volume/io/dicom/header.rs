@@ -1,6 +1,6 @@
 //! What is gathered while a data set is gone through: values by their tags, and those of each frame.
 
-use super::elements::{Element, Elements, shown};
+use super::elements::{Element, Elements};
 use super::image::{Facts, key};
 use super::tags::*;
 use crate::volume::io::Endian;
@@ -24,12 +24,14 @@ const MACROS: [u32; 10] = [
 ];
 
 /// What is taken from anywhere.
-const FACTS: [u32; 24] = [
+const FACTS: [u32; 26] = [
     POSITION,
     ORIENTATION,
     PIXEL_SPACING,
     IMAGER_PIXEL_SPACING,
     NOMINAL_PIXEL_SPACING,
+    PIXEL_ASPECT,
+    SLICE_LOCATION,
     SLICE_THICKNESS,
     SPACING_BETWEEN_SLICES,
     RESCALE_INTERCEPT,
@@ -229,12 +231,18 @@ impl Header {
         let needed = match tag {
             POSITION | GRADIENT_ORIENTATION => 3,
             ORIENTATION => 6,
-            PIXEL_SPACING | IMAGER_PIXEL_SPACING | NOMINAL_PIXEL_SPACING => 2,
+            PIXEL_SPACING | IMAGER_PIXEL_SPACING | NOMINAL_PIXEL_SPACING | PIXEL_ASPECT => 2,
             _ => 1,
         };
         if numbers.len() < needed || numbers[..needed].iter().any(|n| !n.is_finite()) {
-            let what = format!("{} has {} numbers, {needed} finite ones are needed", shown(tag), numbers.len());
-            self.fault.get_or_insert(what);
+            if NEEDED.contains(&tag) {
+                let count = match numbers.len() {
+                    1 => "one number".to_owned(),
+                    n => format!("{n} numbers"),
+                };
+                let wanted = if needed == 1 { "a finite one is needed".to_owned() } else { format!("{needed} finite ones are needed") };
+                self.fault.get_or_insert_with(|| format!("{} has {count}, {wanted}", shown(tag)));
+            }
             return;
         }
         let vector = |at: usize| DVec3::new(numbers[at], numbers[at + 1], numbers[at + 2]);
@@ -253,6 +261,8 @@ impl Header {
                 PIXEL_SPACING => facts.spacing = Some([first, numbers[1]]),
                 // Other sizes of a pixel count where its size in the patient is not given; it comes later.
                 IMAGER_PIXEL_SPACING | NOMINAL_PIXEL_SPACING => facts.spacing = facts.spacing.or(Some([first, numbers[1]])),
+                PIXEL_ASPECT => facts.aspect = Some([first, numbers[1]]),
+                SLICE_LOCATION => facts.location = Some(first),
                 SLICE_THICKNESS => facts.thickness = Some(first),
                 SPACING_BETWEEN_SLICES => facts.between = Some(first),
                 RESCALE_INTERCEPT => facts.intercept = Some(first),
@@ -270,11 +280,11 @@ impl Header {
     }
 
     /// A count of at least `least`; `missing` where nothing is said.
-    pub(super) fn count(&self, tag: u32, name: &str, least: u32, missing: Option<u32>) -> Result<usize, String> {
+    pub(super) fn count(&self, tag: u32, least: u32, missing: Option<u32>) -> Result<usize, String> {
         match self.number(tag) {
-            None => missing.map(|n| n as usize).ok_or_else(|| format!("there are pixels and no {name} {}", shown(tag))),
+            None => missing.map(|n| n as usize).ok_or_else(|| format!("there are pixels and no {}", shown(tag))),
             Some(n) if n >= f64::from(least) && n <= f64::from(u32::MAX) && n.fract() == 0.0 => Ok(n as usize),
-            Some(n) => Err(format!("{name} {} is {n}: it must be a whole number of at least {least}", shown(tag))),
+            Some(n) => Err(format!("{} is {n}: it must be a whole number of at least {least}", shown(tag))),
         }
     }
 
@@ -287,7 +297,7 @@ impl Header {
         let common = self.shared.or(&self.root);
         let offsets = self.numbers(GRID_OFFSETS).map(<[f64]>::to_vec).filter(|o| o.len() == count && count > 1);
         if !self.frames.is_empty() && self.frames.len() != count {
-            return Err(format!("{} frames are described, there are {count}", self.frames.len()));
+            return Err(format!("frames described: {}, frames there: {count}", self.frames.len()));
         }
         if self.frames.is_empty() {
             // A position that is said once is that of the first frame: without more it says nothing of the others.

@@ -32,6 +32,10 @@ pub(super) struct Facts {
     pub(super) orientation: Option<[DVec3; 2]>,
     /// From row to row and from column to column.
     pub(super) spacing: Option<[f64; 2]>,
+    /// Height and width of a pixel, without a unit.
+    pub(super) aspect: Option<[f64; 2]>,
+    /// Where a slice lies along an axis that is not said.
+    pub(super) location: Option<f64>,
     pub(super) thickness: Option<f64>,
     pub(super) between: Option<f64>,
     pub(super) slope: Option<f64>,
@@ -53,6 +57,8 @@ impl Facts {
             position: self.position.or(other.position),
             orientation: self.orientation.or(other.orientation),
             spacing: self.spacing.or(other.spacing),
+            aspect: self.aspect.or(other.aspect),
+            location: self.location.or(other.location),
             thickness: self.thickness.or(other.thickness),
             between: self.between.or(other.between),
             slope: self.slope.or(other.slope),

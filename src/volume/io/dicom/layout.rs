@@ -1,6 +1,6 @@
 //! How a file's pixels lie, and what they mean, by what its header says.
 
-use super::elements::{PIXELS, shown};
+use super::elements::PIXELS;
 use super::header::Header;
 use super::image::{Bits, Layout, Palette, Photometric};
 use super::syntax::Codec;
@@ -10,12 +10,12 @@ use crate::volume::Voxels;
 impl Header {
     /// How pixels lie, as far as they can be read, and why not where they cannot.
     pub(super) fn layout(&self, pixels: u32, codec: Codec) -> Result<(Layout, Bits, Option<String>), String> {
-        let (rows, columns) = (self.count(ROWS, "number of rows", 1, None)?, self.count(COLUMNS, "number of columns", 1, None)?);
-        let samples = self.count(SAMPLES, "number of samples", 1, Some(1))?;
+        let (rows, columns) = (self.count(ROWS, 1, None)?, self.count(COLUMNS, 1, None)?);
+        let samples = self.count(SAMPLES, 1, Some(1))?;
         let float = pixels != PIXELS[0];
-        let allocated = if pixels == PIXELS[2] { 64 } else { self.count(BITS_ALLOCATED, "number of bits allocated", 1, Some(16))? as u32 };
-        let stored = if float { allocated } else { self.count(BITS_STORED, "number of bits stored", 1, Some(allocated))? as u32 };
-        let high = if float { stored - 1 } else { self.count(HIGH_BIT, "high bit", 0, Some(stored - 1))? as u32 };
+        let allocated = if pixels == PIXELS[2] { 64 } else { self.count(BITS_ALLOCATED, 1, Some(16))? as u32 };
+        let stored = if float { allocated } else { self.count(BITS_STORED, 1, Some(allocated))? as u32 };
+        let high = if float { stored - 1 } else { self.count(HIGH_BIT, 0, Some(stored - 1))? as u32 };
         let signed = !float && self.number(PIXEL_REPRESENTATION) == Some(1.0);
         let name = self.text(PHOTOMETRIC);
         let (photometric, colors) = match name.as_str() {
@@ -34,7 +34,11 @@ impl Header {
         } else if stored > allocated || high >= allocated || high + 1 < stored {
             return Err(format!("of {allocated} bits allocated {stored} are stored, up to bit {high}: that is not possible"));
         } else if samples != colors {
-            return Err(format!("pixels of {samples} samples are {}, which have {colors}", if name.is_empty() { "gray" } else { &name }));
+            return Err(format!(
+                "pixels of {samples} sample{} are {}, which have {colors}",
+                if samples == 1 { "" } else { "s" },
+                if name.is_empty() { "gray" } else { &name }
+            ));
         } else if photometric == Photometric::Gray && !matches!(name.as_str(), "MONOCHROME2" | "") {
             Some(format!("pixels of photometric interpretation {name:?} are not supported"))
         } else if (colors == 3 && signed) || ((colors == 3 || photometric == Photometric::Palette) && (allocated > 16 || float)) {
@@ -56,7 +60,7 @@ impl Header {
         for (i, table) in tables.iter_mut().enumerate() {
             let tag = RED_DESCRIPTOR + i as u32;
             let Some(&[count, start, bits]) = self.numbers(tag) else {
-                return Err(format!("the palette has no description {} of three numbers", shown(tag)));
+                return Err(format!("the palette has no {} of three numbers", shown(tag)));
             };
             // 65536 colours do not fit the number and are written as 0; large counts may be read as negative.
             let count = if count == 0.0 { 1 << 16 } else { count.rem_euclid(65536.0) as usize };

@@ -9,7 +9,7 @@ use super::elements::Bytes;
 use super::geometry::{Plan, Stack};
 use super::image::{Bits, Image, Layout};
 use super::resample;
-use super::series::{Frame, Study};
+use super::series::{Frame, Study, TAKE_AWAY};
 use super::syntax::Codec;
 use crate::volume::io::reading::Reading;
 use crate::volume::io::source::{Source, room};
@@ -34,6 +34,8 @@ pub(super) struct Loaded {
     pub(super) rescale: (f64, f64),
     /// Whether slices had different ones, so that values were computed.
     pub(super) computed: bool,
+    /// The value of pixels outside of what was scanned, where one has it.
+    pub(super) padding: Option<i64>,
 }
 
 /// A frame that is to be decoded.
@@ -50,6 +52,10 @@ struct Sink<'a> {
     places: BTreeMap<usize, Vec<(usize, usize)>>,
     voxels: Voxels,
     is_color: bool,
+    /// The one channel of colours that is kept.
+    channel: Option<usize>,
+    /// The padding value that was found in a pixel.
+    padding: Option<i64>,
     /// Slope and intercept of each slice, where they differ.
     slopes: Option<Vec<(f64, f64)>>,
     jobs: Vec<Job>,
@@ -94,6 +100,28 @@ fn turn(image: &Image, frame: &mut [u8]) {
     }
 }
 
+/// The value of pixels outside of what was scanned, if one of `frame` has it.
+fn padding(image: &Image, frame: &[u8]) -> Option<i64> {
+    fn holds<T: Voxel + PartialEq>(frame: &[u8], value: T) -> bool {
+        // Without a branch for each pixel.
+        let any =
+            |part: &[u8]| part.chunks_exact(size_of::<T>()).fold(false, |any, b| any | (bytemuck::pod_read_unaligned::<T>(b) == value));
+        frame.chunks(1 << 14).any(any)
+    }
+    let value = image.padding?;
+    let signed = i64::from(value as i16);
+    let (found, shown) = match image.layout.kind() {
+        VoxelType::U8 => (value <= 255 && holds(frame, value as u8), i64::from(value)),
+        VoxelType::I8 => (holds(frame, value as i8), i64::from(value as i8)),
+        VoxelType::U16 => (holds(frame, value), i64::from(value)),
+        VoxelType::I16 => (holds(frame, value as i16), signed),
+        VoxelType::U32 => (holds(frame, u32::from(value)), i64::from(value)),
+        VoxelType::I32 => (holds(frame, i32::from(value as i16)), signed),
+        VoxelType::F32 | VoxelType::F64 => (false, 0),
+    };
+    (found && !image.layout.is_color()).then_some(shown)
+}
+
 /// The samples of each native pixel one after the other.
 fn arranged(image: &Image, frame: Vec<u8>) -> Vec<u8> {
     if image.layout.native_bytes() < image.layout.frame_bytes() {
@@ -112,7 +140,10 @@ impl Sink<'_> {
         align(image.bits, &image.layout, frame);
         let each = image.layout.pixels();
         let Some(place) = self.place(index, number) else { return };
-        if self.is_color {
+        self.padding = self.padding.or_else(|| padding(image, frame));
+        if let Some(channel) = self.channel {
+            colors::put_channel(image, frame, &mut self.voxels, place * each, channel);
+        } else if self.is_color {
             colors::put(image, frame, &mut self.voxels, place * each);
         } else if let (Some(slopes), Voxels::F32(out)) = (&self.slopes, &mut self.voxels) {
             values(&image.layout, frame, slopes[place], &mut out[place * each..(place + 1) * each]);
@@ -153,7 +184,7 @@ impl Sink<'_> {
     fn native(&mut self, index: usize, source: &mut Source) -> Result<()> {
         let image = &self.study.images[index];
         let (layout, bytes) = (image.layout, image.layout.native_bytes());
-        let straight = !self.is_color && self.slopes.is_none();
+        let straight = !layout.is_color() && self.slopes.is_none();
         let wanted = self.places.get(&index).cloned().unwrap_or_default();
         let total = bytes as u64 * image.frames.len() as u64;
         if image.words {
@@ -177,6 +208,7 @@ impl Sink<'_> {
                 source.read_exact_into(out, before, total)?;
                 turn(image, out);
                 align(image.bits, &layout, out);
+                self.padding = self.padding.or_else(|| padding(image, out));
             } else {
                 let mut frame = vec![0; bytes];
                 source.read_exact_into(&mut frame, before, total)?;
@@ -259,7 +291,7 @@ impl Sink<'_> {
             number += 1;
         }
         if number != count {
-            return Err(Error::format(&image.path, format!("{count} frames are claimed, {number} are there")));
+            return Err(Error::format(&image.path, format!("frames claimed: {count}, frames there: {number}")));
         }
         Ok(())
     }
@@ -315,11 +347,21 @@ fn rescales(study: &Study, stack: &Stack) -> Result<Vec<(f64, f64)>> {
     stack.slices.iter().map(rescale).collect()
 }
 
-/// Reads the pixels of `stack`.
+/// The pixels of `image`, whose file `source` stands at the start of.
+pub(super) fn source(image: &Image, mut source: Source) -> Result<Source> {
+    source.skip(image.before)?;
+    if image.syntax.deflated {
+        source = source.inflate();
+    }
+    source.skip(image.at)?;
+    Ok(source)
+}
+
+/// Reads the pixels of `stack`; of colours one channel alone where one is chosen.
 ///
 /// # Errors
 /// When they are over the limits, damaged, or not of the size that headers say.
-pub(super) fn load(tree: &Tree, study: &Study, stack: &Stack, reading: &Reading) -> Result<Loaded> {
+pub(super) fn load(tree: &Tree, study: &Study, stack: &Stack, channel: Option<usize>, reading: &Reading) -> Result<Loaded> {
     let first = &study.images[stack.slices[0].image];
     let mut places: BTreeMap<usize, Vec<(usize, usize)>> = BTreeMap::new();
     for (slice, frame) in stack.slices.iter().enumerate() {
@@ -328,22 +370,24 @@ pub(super) fn load(tree: &Tree, study: &Study, stack: &Stack, reading: &Reading)
     }
     places.values_mut().for_each(|p| p.sort_unstable());
     if let Some((image, what)) = places.keys().find_map(|&i| Some((&study.images[i], study.images[i].unread.as_ref()?))) {
-        return Err(Error::format(&image.path, what.clone()));
+        let others = places.keys().any(|&i| study.images[i].unread.is_none());
+        return Err(Error::format(&image.path, format!("{what}{}", if others { TAKE_AWAY } else { "" })));
     }
-    let is_color = first.layout.is_color();
+    let is_color = first.layout.is_color() && channel.is_none();
     if is_color && stack.plan != Plan::Direct {
         return Err(Error::format(tree.path(), "slices of colours are missing or unevenly spaced: colours are not interpolated"));
     }
     let rescales = rescales(study, stack)?;
-    let computed = !is_color && rescales.iter().any(|r| *r != rescales[0]);
+    let computed = !first.layout.is_color() && rescales.iter().any(|r| *r != rescales[0]);
     let there = stack.slices.len();
     let [columns, rows] = [first.layout.columns, first.layout.rows];
     let (kind, across) = match () {
         () if is_color => (colors::kind(first), columns.saturating_mul(4)),
+        () if channel.is_some() => (colors::kind(first), columns),
         () if computed => (VoxelType::F32, columns),
         () => (first.layout.kind(), columns),
     };
-    if let Some(other) = places.keys().map(|&i| &study.images[i]).find(|i| is_color && colors::kind(i) != kind) {
+    if let Some(other) = places.keys().map(|&i| &study.images[i]).find(|i| i.layout.is_color() && colors::kind(i) != kind) {
         return Err(Error::format(&other.path, "its palette has colours of another number of bits than those of other slices"));
     }
     let made = |count: usize| {
@@ -364,16 +408,31 @@ pub(super) fn load(tree: &Tree, study: &Study, stack: &Stack, reading: &Reading)
         }
         by_place
     });
-    let mut sink = Sink { study, places: places.clone(), voxels, is_color, slopes, jobs: Vec::new(), gathered: 0, done: 0, reading, total };
-    tree.visit(&|leaf| wanted.contains_key(&leaf), &mut |leaf| {
+    let mut sink = Sink {
+        study,
+        places: places.clone(),
+        voxels,
+        is_color,
+        channel,
+        padding: None,
+        slopes,
+        jobs: Vec::new(),
+        gathered: 0,
+        done: 0,
+        reading,
+        total,
+    };
+    // A file that cannot be decoded is named, and what to do where others can.
+    let alone = |e: Error| match e {
+        Error::Format { path, what } if places.len() > 1 && places.keys().any(|&i| study.images[i].path == path) => {
+            Error::format(path, format!("{what}{TAKE_AWAY}"))
+        }
+        other => other,
+    };
+    let visited = tree.visit(&|leaf| wanted.contains_key(&leaf), &mut |leaf| {
         let Some(&index) = wanted.get(&leaf.index) else { return Ok(true) };
         let image = &study.images[index];
-        let mut source = leaf.source;
-        source.skip(image.before)?;
-        if image.syntax.deflated {
-            source = source.inflate();
-        }
-        source.skip(image.at)?;
+        let mut source = source(image, leaf.source)?;
         if image.syntax.codec == Codec::Native {
             sink.native(index, &mut source)?
         } else {
@@ -387,12 +446,13 @@ pub(super) fn load(tree: &Tree, study: &Study, stack: &Stack, reading: &Reading)
             }
         }
         Ok(true)
-    })?;
-    sink.flush()?;
+    });
+    visited.and_then(|()| sink.flush()).map_err(alone)?;
     if sink.done < total {
         return Err(Error::format(tree.path(), format!("{} of {total} images went away while they were read", total - sink.done)));
     }
     let each = first.layout.pixels();
     let voxels = resample::apply(&stack.plan, each, sink.voxels, || made(stack.plan.count(there)))?;
-    Ok(Loaded { voxels, is_color, rescale: if computed || is_color { (1.0, 0.0) } else { rescales[0] }, computed })
+    let rescale = if computed || first.layout.is_color() { (1.0, 0.0) } else { rescales[0] };
+    Ok(Loaded { voxels, is_color, rescale, computed, padding: sink.padding })
 }

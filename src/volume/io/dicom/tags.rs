@@ -64,6 +64,8 @@ pub(super) const POSITION: u32 = 0x0020_0032;
 pub(super) const ORIENTATION: u32 = 0x0020_0037;
 /// Temporal Position Identifier.
 pub(super) const TEMPORAL_POSITION: u32 = 0x0020_0100;
+/// Slice Location.
+pub(super) const SLICE_LOCATION: u32 = 0x0020_1041;
 /// Frame Content Sequence.
 pub(super) const FRAME_CONTENT: u32 = 0x0020_9111;
 /// Plane Position Sequence.
@@ -90,6 +92,8 @@ pub(super) const ROWS: u32 = 0x0028_0010;
 pub(super) const COLUMNS: u32 = 0x0028_0011;
 /// Pixel Spacing.
 pub(super) const PIXEL_SPACING: u32 = 0x0028_0030;
+/// Pixel Aspect Ratio: the height of a pixel and its width, without a unit.
+pub(super) const PIXEL_ASPECT: u32 = 0x0028_0034;
 /// Bits Allocated.
 pub(super) const BITS_ALLOCATED: u32 = 0x0028_0100;
 /// Bits Stored.
@@ -130,3 +134,81 @@ pub(super) const DOSE_SCALING: u32 = 0x3004_000e;
 pub(super) const SHARED: u32 = 0x5200_9229;
 /// Per-Frame Functional Groups Sequence: what is said of each frame.
 pub(super) const FRAMES: u32 = 0x5200_9230;
+
+/// Names of the tags that messages may be about.
+const NAMES: [(u32, &str); 68] = [
+    (MEDIA_CLASS, "Media Storage SOP Class UID"),
+    (TRANSFER_SYNTAX, "Transfer Syntax UID"),
+    (IMAGE_TYPE, "Image Type"),
+    (SOP_CLASS, "SOP Class UID"),
+    (SOP_INSTANCE, "SOP Instance UID"),
+    (ACQUISITION_TIME, "Acquisition Time"),
+    (MODALITY, "Modality"),
+    (SERIES_DESCRIPTION, "Series Description"),
+    (FRAME_TYPE, "Frame Type"),
+    (SLICE_THICKNESS, "Slice Thickness"),
+    (ECHO_TIME, "Echo Time"),
+    (SPACING_BETWEEN_SLICES, "Spacing Between Slices"),
+    (TRIGGER_TIME, "Trigger Time"),
+    (IMAGER_PIXEL_SPACING, "Imager Pixel Spacing"),
+    (NOMINAL_PIXEL_SPACING, "Nominal Scanned Pixel Spacing"),
+    (GRADIENT, "Diffusion Gradient Direction Sequence"),
+    (EFFECTIVE_ECHO_TIME, "Effective Echo Time"),
+    (B_VALUE, "Diffusion b-value"),
+    (GRADIENT_ORIENTATION, "Diffusion Gradient Orientation"),
+    (ECHO, "MR Echo Sequence"),
+    (DIFFUSION, "MR Diffusion Sequence"),
+    (CARDIAC, "Cardiac Synchronization Sequence"),
+    (MR_FRAME_TYPE, "MR Image Frame Type Sequence"),
+    (CT_FRAME_TYPE, "CT Image Frame Type Sequence"),
+    (SERIES, "Series Instance UID"),
+    (SERIES_NUMBER, "Series Number"),
+    (ACQUISITION_NUMBER, "Acquisition Number"),
+    (INSTANCE_NUMBER, "Instance Number"),
+    (POSITION, "Image Position (Patient)"),
+    (ORIENTATION, "Image Orientation (Patient)"),
+    (TEMPORAL_POSITION, "Temporal Position Identifier"),
+    (SLICE_LOCATION, "Slice Location"),
+    (FRAME_CONTENT, "Frame Content Sequence"),
+    (PLANE_POSITION, "Plane Position Sequence"),
+    (PLANE_ORIENTATION, "Plane Orientation Sequence"),
+    (TEMPORAL_INDEX, "Temporal Position Index"),
+    (TRIGGER_DELAY, "Nominal Cardiac Trigger Delay Time"),
+    (FRAME_ACQUISITION_NUMBER, "Frame Acquisition Number"),
+    (SAMPLES, "Samples per Pixel"),
+    (PHOTOMETRIC, "Photometric Interpretation"),
+    (PLANAR, "Planar Configuration"),
+    (NUMBER_OF_FRAMES, "Number of Frames"),
+    (ROWS, "Rows"),
+    (COLUMNS, "Columns"),
+    (PIXEL_SPACING, "Pixel Spacing"),
+    (PIXEL_ASPECT, "Pixel Aspect Ratio"),
+    (BITS_ALLOCATED, "Bits Allocated"),
+    (BITS_STORED, "Bits Stored"),
+    (HIGH_BIT, "High Bit"),
+    (PIXEL_REPRESENTATION, "Pixel Representation"),
+    (PIXEL_PADDING, "Pixel Padding Value"),
+    (RESCALE_INTERCEPT, "Rescale Intercept"),
+    (RESCALE_SLOPE, "Rescale Slope"),
+    (RESCALE_TYPE, "Rescale Type"),
+    (MODALITY_LUT, "Modality LUT Sequence"),
+    (PIXEL_MEASURES, "Pixel Measures Sequence"),
+    (PIXEL_VALUES, "Pixel Value Transformation Sequence"),
+    (DETECTOR, "Detector Information Sequence"),
+    (GRID_OFFSETS, "Grid Frame Offset Vector"),
+    (DOSE_SCALING, "Dose Grid Scaling"),
+    (SHARED, "Shared Functional Groups Sequence"),
+    (FRAMES, "Per-Frame Functional Groups Sequence"),
+    (RED_DESCRIPTOR, "Red Palette Color Lookup Table Descriptor"),
+    (GREEN_DESCRIPTOR, "Green Palette Color Lookup Table Descriptor"),
+    (BLUE_DESCRIPTOR, "Blue Palette Color Lookup Table Descriptor"),
+    (RED_DATA, "Red Palette Color Lookup Table Data"),
+    (GREEN_DATA, "Green Palette Color Lookup Table Data"),
+    (BLUE_DATA, "Blue Palette Color Lookup Table Data"),
+];
+
+/// A tag as it is usually written, behind its name where it is one of these.
+pub(super) fn shown(tag: u32) -> String {
+    let number = format!("({:04X},{:04X})", tag >> 16, tag & 0xffff);
+    NAMES.iter().find(|(known, _)| *known == tag).map_or_else(|| number.clone(), |(_, name)| format!("{name} {number}"))
+}
