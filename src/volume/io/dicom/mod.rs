@@ -37,7 +37,7 @@ use super::reading::{Item, Part, Reading, pick};
 use super::source::Source;
 use super::store::Store;
 use super::tree::{Tree, is_tar};
-use crate::volume::{Modality, Volume};
+use crate::volume::{LengthUnit, Modality, Volume};
 use crate::{Error, Result};
 use dataset::{has_magic, looks_bare};
 use geometry::Stack;
@@ -230,7 +230,9 @@ fn modality(study: &Study, frames: &[Frame]) -> Modality {
         // Without an intercept values are not known to be Hounsfield units.
         "CT" if facts.intercept.is_some() && facts.hounsfield.unwrap_or(true) => Modality::Ct,
         "MR" => Modality::Mr,
-        _ => Modality::Unknown,
+        // CT of other units, and what does not say.
+        "CT" | "" => Modality::Unknown,
+        _ => Modality::Other,
     }
 }
 
@@ -276,6 +278,7 @@ fn read(store: Store, reading: &Reading) -> Result<Volume> {
     } else {
         let volume = named(tree.path(), Volume::new(grid, loaded.voxels))?;
         let volume = named(tree.path(), volume.with_rescale(loaded.rescale.0, loaded.rescale.1))?;
+        let volume = volume.with_unit(LengthUnit::Millimetre);
         if color { volume } else { volume.with_modality(modality(&study, &stack.slices)) }
     };
     Ok(notes.into_iter().fold(volume, Volume::with_note))
