@@ -110,7 +110,7 @@ fn what_is_written_is_read_again() {
                     "nii" | "nii.gz" => {
                         let want = if space == Space::Lps { flipped(&grid) } else { same };
                         let steps = same.matrix3;
-                        let upright = steps == DMat3::from_diagonal(steps.diagonal().abs()) && same.translation == glam::DVec3::ZERO;
+                        let upright = steps == DMat3::from_diagonal(steps.diagonal().abs()) && same.translation == DVec3::ZERO;
                         let told = if space == Space::Unknown && upright { Space::Unknown } else { Space::Ras };
                         got.space() == told && close(&got.index_to_world(), &want, 1e-7)
                     }

@@ -37,7 +37,7 @@ use super::reading::{Item, Part, Reading, pick};
 use super::source::Source;
 use super::store::Store;
 use super::tree::{Tree, is_tar};
-use crate::volume::{LengthUnit, Modality, Volume};
+use crate::volume::{LengthUnit, Modality, Space, Volume};
 use crate::{Error, Result};
 use dataset::{has_magic, looks_bare};
 use geometry::Stack;
@@ -278,7 +278,7 @@ fn read(store: Store, reading: &Reading) -> Result<Volume> {
     } else {
         let volume = named(tree.path(), Volume::new(grid, loaded.voxels))?;
         let volume = named(tree.path(), volume.with_rescale(loaded.rescale.0, loaded.rescale.1))?;
-        let volume = volume.with_unit(LengthUnit::Millimetre);
+        let volume = volume.with_unit((stack.space != Space::Unknown).then_some(LengthUnit::Millimetre));
         if color { volume } else { volume.with_modality(modality(&study, &stack.slices)) }
     };
     Ok(notes.into_iter().fold(volume, Volume::with_note))
