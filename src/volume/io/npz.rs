@@ -34,6 +34,11 @@ struct Found<'a> {
     volume: bool,
 }
 
+/// What is behind the name of so many things.
+fn plural(count: usize) -> &'static str {
+    if count == 1 { "" } else { "s" }
+}
+
 /// The arrays of `entries`. One of text or records does not stand in the way of the volume behind it.
 fn found<'a>(archive: &Archive, entries: &'a [Entry]) -> Result<(Vec<Found<'a>>, Vec<String>)> {
     let arrays: Vec<&Entry> = entries.iter().filter(|e| e.name.ends_with(".npy")).collect();
@@ -41,7 +46,13 @@ fn found<'a>(archive: &Archive, entries: &'a [Entry]) -> Result<(Vec<Found<'a>>,
         let files: Vec<&Entry> = entries.iter().filter(|e| !e.name.ends_with('/')).collect();
         // What is packed in a way that is not read cannot be looked into.
         files.first().map(|first| archive.open(first)).transpose()?;
+        // By its name an archive of arrays, or any.
+        let named = archive.0.path().extension().is_some_and(|e| e.eq_ignore_ascii_case("npz"));
         let what = match files[..] {
+            [] if named => "the zip archive holds 0 files and no .npy array".to_owned(),
+            [first, ..] if named => {
+                format!("the zip archive holds {} file{} and no .npy array, such as {:?}", files.len(), plural(files.len()), first.name)
+            }
             [] => "the zip archive is empty".to_owned(),
             [one] => {
                 format!("the zip archive holds one file, {:?}, of no format that is read from archives (DICOM, NumPy, Zarr)", one.name)

@@ -122,7 +122,10 @@ impl Archive {
             0 => (Box::new(packed), entry.packed),
             8 => (Box::new(DeflateDecoder::new(packed)), inflated_bound(entry.packed)),
             other => {
-                let how = METHODS.iter().find(|m| m.0 == other).map_or_else(|| format!("method {other}"), |m| m.1.to_owned());
+                let how = METHODS
+                    .iter()
+                    .find(|m| m.0 == other)
+                    .map_or_else(|| format!("method {other}"), |m| format!("{} (method {other})", m.1));
                 return Err(self.0.fault(format!("entries are compressed by {how}, which is not read: unpack it ({name:?} for one)")));
             }
         };
