@@ -23,7 +23,11 @@ PACKAGES = ["pydicom==3.0.2", "numpy", "pylibjpeg", "pylibjpeg-libjpeg", "pylibj
 def inside():
     """Runs this script again in an environment of its own that has the packages."""
     with tempfile.TemporaryDirectory() as folder:
-        venv.create(folder, with_pip=True)
+        try:
+            venv.create(folder, with_pip=True)
+        except (OSError, subprocess.CalledProcessError) as e:
+            print("no environment of Python can be made here:", e)
+            return ABSENT
         python = os.path.join(folder, "bin", "python")
         if subprocess.run([python, "-m", "pip", "install", "--quiet", *PACKAGES]).returncode != 0:
             print("the packages cannot be had here:", *PACKAGES)
