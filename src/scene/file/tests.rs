@@ -291,7 +291,10 @@ fn bad_scenes_say_what_is_wrong_and_where() {
         ("[volume]\npath = \"a\"\norigin = [1, nan, 1]", "line 3: volume.origin"),
         ("[volume]\npath = \"a\"\nslope = 0", "line 3: volume.slope: 0"),
         ("[volume]\npath = \"a\"\nintercept = inf", "line 3: volume.intercept: inf"),
-        ("[volume]\npath = \"a\"\nmodality = \"pet\"", "line 3: volume.modality: unknown variant `pet`, expected one of `ct`, `mr`, `other`"),
+        (
+            "[volume]\npath = \"a\"\nmodality = \"pet\"",
+            "line 3: volume.modality: unknown variant `pet`, expected one of `ct`, `mr`, `other`",
+        ),
         ("[volume]\npath = \"a\"\nbox = \"cell\"", "line 3: volume.box: unknown variant `cell`"),
         ("[volum]\npath = \"a\"", "line 1: volum: unknown key; the nearest known one is volume"),
         ("width = 3\n[volume]\npath = \"a\"", "line 1: width: unknown key; the nearest known one is image.width"),
