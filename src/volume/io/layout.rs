@@ -11,8 +11,9 @@
 use super::reading::{Item, Part, Reading, pick};
 use super::source::{Source, Tail};
 use super::{Endian, Stored, ascii};
-use crate::volume::{Grid, Volume, VoxelType, Voxels, with_voxels};
+use crate::volume::{Grid, Volume, Voxel, VoxelType, Voxels, with_voxels};
 use crate::{Error, Result};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// An axis that is none of space.
@@ -155,7 +156,8 @@ impl Layout {
                 let [x, y, z] = self.dims;
                 let all = [x.saturating_mul(inner), y, z.saturating_mul(usize::try_from(blocks).unwrap_or(usize::MAX))];
                 let all = ascii::voxels(source, all, stored, Some(&[]))?;
-                if self.axes().next().is_none() { all } else { picked(&all, before * block, block, (inner, keep, colors)) }
+                let frame = if blocks == 1 { all } else { part_of(&all, (before * block) as usize, block as usize) };
+                if inner == 1 { frame } else { picked(&frame, (inner, keep, colors)) }
             }
         };
         let volume = if colors { Volume::with_colors(grid, numbers) } else { Volume::new(grid, numbers) };
@@ -191,14 +193,18 @@ fn chosen(reading: &Reading, part: Part) -> Option<usize> {
     }
 }
 
-/// Of `all` numbers, those of one block that are kept; `opaque`: with an alpha of 1 behind three of them.
-fn picked(all: &Voxels, first: u64, block: u64, (inner, keep, opaque): (usize, std::ops::Range<usize>, bool)) -> Voxels {
-    fn of<T: crate::volume::Voxel>(all: &[T], inner: usize, keep: std::ops::Range<usize>, opaque: bool) -> Voxels {
+/// Of `all` numbers, `inner` a voxel, those that are kept; with an alpha of 1 behind three that are `colors`.
+pub(super) fn picked(all: &Voxels, (inner, keep, colors): (usize, Range<usize>, bool)) -> Voxels {
+    fn of<T: Voxel>(all: &[T], inner: usize, keep: Range<usize>, colors: bool) -> Voxels {
         let full = if T::FLOAT { 1.0 } else { T::TYPE.limits().1 };
-        let alpha = (opaque && keep.len() == 3).then(|| T::from_f64(full));
+        let alpha = (colors && keep.len() == 3).then(|| T::from_f64(full));
         let out: Vec<T> = all.chunks_exact(inner).flat_map(|voxel| voxel[keep.clone()].iter().copied().chain(alpha)).collect();
-        T::wrap(out.into())
+        out.into()
     }
-    let (first, block) = (first as usize, block as usize);
-    with_voxels!(all, v => of(&v[first..first + block], inner, keep, opaque))
+    with_voxels!(all, v => of(v, inner, keep, colors))
+}
+
+/// The `count` numbers of `all` from position `first` on.
+fn part_of(all: &Voxels, first: usize, count: usize) -> Voxels {
+    with_voxels!(all, v => Voxels::from(v[first..first + count].to_vec()))
 }

@@ -43,6 +43,8 @@ mod hex;
 mod layout;
 mod metaimage;
 mod mrc;
+#[cfg(any(feature = "dicom", feature = "stacks"))]
+mod natural;
 mod nifti;
 mod npy;
 mod npz;

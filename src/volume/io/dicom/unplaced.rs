@@ -5,38 +5,10 @@ use super::series::Frame;
 use super::tags::{INSTANCE_NUMBER, POSITION, SLICE_LOCATION, shown};
 use crate::Result;
 use crate::volume::Space;
+use crate::volume::io::natural::natural;
 use crate::volume::io::reading::{Part, Reading, pick};
 use glam::{DMat3, DVec3};
-use std::cmp::Ordering;
 use std::collections::BTreeSet;
-
-/// Compares names so that 2 comes before 10: digits by the number that they make.
-fn natural(a: &str, b: &str) -> Ordering {
-    fn digits(text: &str) -> (&str, &str) {
-        let end = text.find(|c: char| !c.is_ascii_digit()).unwrap_or(text.len());
-        text.split_at(end)
-    }
-    let (mut left, mut right) = (a, b);
-    loop {
-        let ((m, after_m), (n, after_n)) = (digits(left), digits(right));
-        if !m.is_empty() && !n.is_empty() {
-            let (m, n) = (m.trim_start_matches('0'), n.trim_start_matches('0'));
-            let order = m.len().cmp(&n.len()).then_with(|| m.cmp(n));
-            if order.is_ne() {
-                return order;
-            }
-            (left, right) = (after_m, after_n);
-            continue;
-        }
-        let (mut m, mut n) = (left.chars(), right.chars());
-        match (m.next(), n.next()) {
-            (Some(x), Some(y)) if x == y => (left, right) = (m.as_str(), n.as_str()),
-            // The same but for zeros before numbers.
-            (None, None) => return a.cmp(b),
-            (x, y) => return x.cmp(&y),
-        }
-    }
-}
 
 impl Builder<'_> {
     /// Where slices lie along an axis, in their order, if all are at places of their own.
@@ -86,20 +58,5 @@ impl Builder<'_> {
         let steps = DMat3::from_diagonal(DVec3::new(x, y, z));
         let (origin, space) = (DVec3::ZERO, Space::Unknown);
         Ok(Stack { slices, plan, origin, steps, space, moments: 1, values: String::new(), notes: self.notes })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::natural;
-
-    #[test]
-    fn numbers_in_names_count_as_numbers() {
-        let sorted = ["a", "a0", "a1", "a2", "a10", "a10b2", "a10b10", "b1", "b01x"];
-        for (i, a) in sorted.iter().enumerate() {
-            for (j, b) in sorted.iter().enumerate() {
-                assert_eq!(natural(a, b), i.cmp(&j), "{a} and {b}");
-            }
-        }
     }
 }

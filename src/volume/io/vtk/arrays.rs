@@ -1,12 +1,12 @@
 //! The sections of a legacy VTK file, one after the other: geometry, and arrays of points and cells.
 
-use super::{one, statement};
+use super::{one, statement, words};
 use crate::Result;
 use crate::volume::io::Stored;
 use crate::volume::io::ascii;
 use crate::volume::io::field::{Field, shown};
 use crate::volume::io::source::Source;
-use crate::volume::{Voxel, VoxelType, Voxels, with_voxels};
+use crate::volume::{VoxelType, Voxels};
 use glam::DVec3;
 use std::ops::Range;
 
@@ -93,7 +93,7 @@ pub(super) struct Scan {
     pub(super) origin: DVec3,
     /// The arrays found, in the file's order; the last one is that whose numbers come next, where the scan was to stop there.
     pub(super) arrays: Vec<Array>,
-    /// Whether sections are of points (0) or cells (1), and how many there are; neither before such a section.
+    /// Whether sections are of cells (else of points), and how many of them there are; `None` before the first such section.
     data: Option<(bool, usize)>,
     /// Number of the array at whose first number the scan stops.
     until: Option<usize>,
@@ -209,7 +209,7 @@ impl Scan {
     fn field(&mut self, source: &mut Source, field: Field, count: &str) -> Result<bool> {
         let Ok(count) = count.parse::<usize>() else { return Err(field.fault("no number of arrays")) };
         for _ in 0..count {
-            let Some((name, rest)) = line_of_array(source)? else {
+            let Some((name, rest)) = words(source)? else {
                 return Err(field.fault(format!("the file ends before its {count} arrays do")));
             };
             let words: Vec<&str> = rest.split_ascii_whitespace().collect();
@@ -304,18 +304,6 @@ impl Scan {
     }
 }
 
-/// The next line that is not blank: its first word as it stands, and the rest.
-fn line_of_array(source: &mut Source) -> Result<Option<(String, String)>> {
-    while let Some(line) = source.line()? {
-        let line = line.trim();
-        if !line.is_empty() {
-            let (word, rest) = line.split_once(|c: char| c.is_ascii_whitespace()).unwrap_or((line, ""));
-            return Ok(Some((word.to_owned(), rest.trim().to_owned())));
-        }
-    }
-    Ok(None)
-}
-
 /// Of fractions of 1, `components` a voxel: those in `keep` as bytes, with an alpha of 255 behind three that are colours.
 pub(super) fn bytes_of(fractions: &Voxels, components: usize, keep: Range<usize>, colors: bool) -> Voxels {
     let Voxels::F32(all) = fractions else { return Voxels::zeros(VoxelType::U8, 0) };
@@ -323,15 +311,4 @@ pub(super) fn bytes_of(fractions: &Voxels, components: usize, keep: Range<usize>
     let byte = |x: &f32| libm::rint(f64::from(*x).clamp(0.0, 1.0) * 255.0) as u8;
     let bytes: Vec<u8> = all.chunks_exact(components).flat_map(|v| v[keep.clone()].iter().map(byte).chain(alpha)).collect();
     Voxels::U8(bytes.into())
-}
-
-/// Of numbers, `components` a voxel: those in `keep`, with the largest number of the type behind three that are colours.
-pub(super) fn picked(all: &Voxels, components: usize, keep: Range<usize>, colors: bool) -> Voxels {
-    fn of<T: Voxel>(all: &[T], components: usize, keep: Range<usize>, opaque: bool) -> Voxels {
-        let alpha = opaque.then(|| T::from_f64(T::TYPE.limits().1));
-        let numbers: Vec<T> = all.chunks_exact(components).flat_map(|v| v[keep.clone()].iter().copied().chain(alpha)).collect();
-        numbers.into()
-    }
-    let opaque = colors && keep.len() == 3;
-    with_voxels!(all, v => of(v, components, keep, opaque))
 }

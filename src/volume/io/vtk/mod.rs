@@ -11,7 +11,7 @@ use super::reader::{Certainty, Reader};
 use super::reading::{Item, Part, Reading, no_array, pick};
 use super::source::{Source, Tail};
 use super::store::Store;
-use super::{Endian, ascii};
+use super::{Endian, ascii, layout};
 use crate::volume::{Space, Volume, VoxelType};
 use crate::{Error, Result};
 use arrays::{Array, Scan};
@@ -73,9 +73,6 @@ fn choose(source: &Source, arrays: &[Array], reading: &Reading) -> Result<usize>
 
 fn list(store: Store, reading: &Reading) -> Result<Vec<Item>> {
     let mut source = store.source()?;
-    if source.is_once() {
-        return Ok(Vec::new());
-    }
     let scan = Scan::of(&mut source, None)?;
     let taken = choose(&source, &scan.arrays, reading)?;
     let mut items = Vec::new();
@@ -152,7 +149,7 @@ fn read(store: Store, reading: &Reading) -> Result<Volume> {
             arrays::bytes_of(&fractions, components, keep, colors)
         }
         (false, 1) => ascii::voxels(&mut source, dims, stored, sections)?,
-        (false, _) => arrays::picked(&ascii::voxels(&mut source, flat, stored, sections)?, components, keep, colors),
+        (false, _) => layout::picked(&ascii::voxels(&mut source, flat, stored, sections)?, (components, keep, colors)),
     };
     if scan.binary && !array.in_field {
         check_rest(&mut source, bytes)?;
@@ -163,11 +160,16 @@ fn read(store: Store, reading: &Reading) -> Result<Volume> {
 
 /// The next line that is not blank, its first word in capitals, and the rest.
 fn statement(source: &mut Source) -> Result<Option<(String, String)>> {
+    Ok(words(source)?.map(|(word, rest)| (word.to_ascii_uppercase(), rest)))
+}
+
+/// The next line that is not blank: its first word as it stands, and the rest.
+fn words(source: &mut Source) -> Result<Option<(String, String)>> {
     while let Some(line) = source.line()? {
         let line = line.trim();
         if !line.is_empty() {
             let (word, rest) = line.split_once(|c: char| c.is_ascii_whitespace()).unwrap_or((line, ""));
-            return Ok(Some((word.to_ascii_uppercase(), rest.trim().to_owned())));
+            return Ok(Some((word.to_owned(), rest.trim().to_owned())));
         }
     }
     Ok(None)
