@@ -7,10 +7,11 @@ mod scenes;
 use glam::{DMat4, DVec3, DVec4};
 use proptest::prelude::*;
 use slicestack::scene::{
-    Accumulation, AlphaTest, Annotations, Arithmetic, Blend, BlendFunction, Camera, Classification, ClipPlane, Compare, Ends, Environment,
-    Equation, Factor, Filter, Fog, FogDistance, FogEvaluation, FogMode, FogWeighting, Gradient, Hit, LevelSurface, Light, LightSource,
-    Lighting, Method, OpenGl, Order, Overrides, Placement, Projection, Region, SampleAt, SceneFile, SceneFormat, Scissor, Shading, Shape,
-    SlabForm, Slicing, Straight, TableColors, Target, TextureFormat, Transfer2d, TransferFunction, Wrap, keys, write_scene,
+    Accumulation, Algorithm, AlphaTest, Annotations, Arithmetic, Blend, BlendFunction, Camera, Classification, ClipPlane, Compare,
+    Connectivity, Ends, Environment, Equation, Factor, Filter, Fog, FogDistance, FogEvaluation, FogMode, FogWeighting, Gradient, Hit,
+    LevelSurface, Light, LightSource, Lighting, Method, OpenGl, Order, Overrides, Placement, Projection, Region, SampleAt, SceneFile,
+    SceneFormat, Scissor, Shading, Shape, SlabForm, Slicing, Straight, TableColors, Target, TemplatePlane, TextureFormat, Transfer2d,
+    TransferFunction, Wrap, keys, write_scene,
 };
 use slicestack::volume::io::{Choice, Endian, RawSpec};
 use slicestack::volume::phantom::Phantom;
@@ -200,6 +201,19 @@ fn opengl(dice: &mut Dice, fog: bool) -> OpenGl {
     gl
 }
 
+fn algorithm(dice: &mut Dice) -> Algorithm {
+    match dice.below(8) {
+        0 => Algorithm::Rays,
+        1 => Algorithm::Shells,
+        2 => Algorithm::Traversal(dice.pick(&[Connectivity::Six, Connectivity::Eighteen, Connectivity::TwentySix])),
+        3 => Algorithm::Template(dice.pick(&[TemplatePlane::Base, TemplatePlane::Image])),
+        4 => Algorithm::ObjectSlices { spacing_correction: dice.flip() },
+        5 => Algorithm::Grid,
+        6 => Algorithm::CoinFlips { games: 1 + dice.below(1 << 20) as u32, seed: dice.next() as u32 },
+        _ => Algorithm::Slices,
+    }
+}
+
 fn method(dice: &mut Dice) -> Method {
     const CLASSIFICATIONS: [Classification; 4] =
         [Classification::Post, Classification::Pre, Classification::PreIntegrated, Classification::SecondOrder];
@@ -298,6 +312,14 @@ fn random(seed: u64) -> Scene {
     if dice.below(4) == 0 {
         let t = transfer2d(dice);
         s = tried(s, |s| s.with_transfer2d(Some(t)));
+    }
+    if dice.below(4) == 0 {
+        let algorithm = algorithm(dice);
+        s = tried(s, |s| s.with_algorithm(algorithm));
+    }
+    if dice.below(4) == 0 {
+        let seed = dice.next() as u32;
+        s = tried(s, |s| s.with_jitter(Some(seed)));
     }
     if s.check().is_ok() { s } else { s.with_transfer(TransferFunction::new(vec![(0.5, [1.0; 3])], vec![(0.5, 1.0)]).unwrap()) }
 }

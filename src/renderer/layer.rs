@@ -205,6 +205,10 @@ impl Renderer {
 fn check(scene: &Scene, what: &str) -> Result<()> {
     match Backend::of(scene) {
         Backend::Slices => {}
+        Backend::Casting => {
+            let name = scene.algorithm().name();
+            return Err(Error::invalid(format!("{what}: the algorithm {name} makes whole pictures; choose slices")));
+        }
         Backend::OpenGl => return Err(Error::invalid(format!("{what}: the profile opengl draws over its background; choose accurate"))),
     }
     if scene.method().extrapolate {

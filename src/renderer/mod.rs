@@ -25,7 +25,7 @@ use crate::lanes::Level;
 use crate::picture::Picture;
 use crate::proxy::Stack;
 use crate::raster::Observer;
-use crate::scene::{Blend, MAX_SLICES, Method, Scene, Slicing, View};
+use crate::scene::{Algorithm, Blend, MAX_SLICES, Method, Scene, Slicing, View};
 use crate::settings::{Control, Stopper};
 use crate::tally::{LeftOut, Tally};
 use crate::volume::Grid;
@@ -82,12 +82,25 @@ enum Backend {
     Slices,
     /// OpenGL's fixed functions, fragment by fragment.
     OpenGl,
+    /// The other algorithms, ray by ray.
+    Casting,
 }
 
 impl Backend {
     /// The one that `scene` asks for.
     fn of(scene: &Scene) -> Self {
-        if scene.opengl().is_some() { Self::OpenGl } else { Self::Slices }
+        match scene.algorithm() {
+            _ if scene.opengl().is_some() => Self::OpenGl,
+            Algorithm::Slices if scene.jitter().is_none() => Self::Slices,
+            Algorithm::Slices
+            | Algorithm::Shells
+            | Algorithm::Rays
+            | Algorithm::Traversal(_)
+            | Algorithm::Template(_)
+            | Algorithm::ObjectSlices { .. }
+            | Algorithm::Grid
+            | Algorithm::CoinFlips { .. } => Self::Casting,
+        }
     }
 }
 
@@ -231,6 +244,7 @@ impl Renderer {
         let drawn = match Backend::of(scene) {
             Backend::Slices => self.draw_slices(&mut job, pixels)?,
             Backend::OpenGl => self.draw_opengl(&mut job, pixels)?,
+            Backend::Casting => return Err(Error::invalid(format!("render algorithm {}: is not drawn yet", scene.algorithm().name()))),
         };
         let times = (job.clock.prepare_seconds, job.clock.start.elapsed().as_secs_f64());
         Ok((finish::statistics(drawn, times, &self.volume, pixels), job.observer))

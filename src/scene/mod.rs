@@ -1,5 +1,6 @@
 //! What to picture: plain data with checked invariants. How to run it is [`crate::Settings`]; nothing there may change a pixel.
 
+mod algorithm;
 mod annotations;
 mod camera;
 mod clip;
@@ -26,6 +27,7 @@ mod transfer;
 mod transfer2d;
 
 pub use crate::picture::MAX_SIDE;
+pub use algorithm::{Algorithm, Connectivity, MAX_GAMES, TemplatePlane};
 pub use annotations::Annotations;
 pub use camera::{Camera, Placement, Projection, View};
 pub use clip::{ClipPlane, MAX_CLIP_PLANES};
@@ -156,6 +158,8 @@ pub struct Scene {
     hit: Hit,
     flat_surfaces: bool,
     method: Method,
+    algorithm: Algorithm,
+    jitter: Option<u32>,
     opengl: Option<OpenGl>,
 }
 
@@ -183,6 +187,8 @@ impl Scene {
             hit: Hit::default(),
             flat_surfaces: false,
             method: Method::default(),
+            algorithm: Algorithm::default(),
+            jitter: None,
             opengl: None,
         }
     }
@@ -376,6 +382,26 @@ impl Scene {
         self.agreed()
     }
 
+    /// The scene drawn by another algorithm.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for a number outside its range, and together with what the algorithm does not have.
+    pub fn with_algorithm(mut self, algorithm: Algorithm) -> Result<Self> {
+        algorithm.check()?;
+        self.algorithm = algorithm;
+        self.agreed()
+    }
+
+    /// The scene whose pixels have their slices shifted, each by a part of a slab that depends on its place and on `seed`: rings of too few slices
+    /// become noise.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] together with what has no slices to shift.
+    pub fn with_jitter(mut self, seed: Option<u32>) -> Result<Self> {
+        self.jitter = seed;
+        self.agreed()
+    }
+
     /// The scene as an OpenGL 1.x program with this state draws it, and with what such programs have: slices back to front, an 8-bit
     /// framebuffer. [`Scene::with_order`] and [`Scene::with_method`], called afterwards, choose others.
     ///
@@ -415,6 +441,12 @@ impl Scene {
                     return Err(Error::invalid(format!("{}: does not go together with {with}: {why}", option.key)));
                 }
             }
+        }
+        if self.opengl.is_some() && self.algorithm != Algorithm::Slices {
+            return Err(Error::invalid(format!("render algorithm {}: the profile opengl draws slices", self.algorithm.name())));
+        }
+        if self.opengl.is_some() && self.jitter.is_some() {
+            return Err(Error::invalid("slices jitter: the profile opengl draws flat slices"));
         }
         let m = &self.method;
         if m.filter.is_cubic() && matches!(self.blend, Blend::Iso { .. } | Blend::Surfaces) {
@@ -538,6 +570,16 @@ impl Scene {
     /// How rays are integrated.
     pub fn method(&self) -> Method {
         self.method
+    }
+
+    /// What draws it.
+    pub fn algorithm(&self) -> Algorithm {
+        self.algorithm
+    }
+
+    /// What the shifts of its pixels' slices depend on, where they are shifted.
+    pub fn jitter(&self) -> Option<u32> {
+        self.jitter
     }
 
     /// State of the OpenGL pipeline, where that draws the scene.

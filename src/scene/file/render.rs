@@ -3,9 +3,12 @@
 use super::section::{Context, Data, Rivals, choices};
 use crate::Result;
 use crate::scene::preset::Landmarks;
-use crate::scene::{Blend, Filter, Hit, LevelSurface, Method, Scene, Target};
+use crate::scene::{Algorithm, Blend, Connectivity, Filter, Hit, LevelSurface, Method, Scene, Target, TemplatePlane};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+
+/// Games of a pixel, unless the scene says how many.
+const GAMES: u32 = 256;
 
 #[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -16,6 +19,19 @@ pub(super) struct RenderKeys {
     pub filter: Option<FilterKey>,
     /// cubic: whether the spline goes through the voxels (true unless given) or smooths them.
     pub prefilter: Option<bool>,
+    /// What draws the picture: slices (the default), or to compare and to teach: rays (ray casting at equal steps), traversal (from voxel to voxel), template (one
+    /// voxelized ray, moved), object-slices (stacks of 2D textures), grid (along an axis, voxel by voxel), shells (spheres about the eye), coin-flips (a game of chance).
+    pub algorithm: Option<AlgorithmKey>,
+    /// traversal: neighbours that voxels of a ray may be: 6 (they share a face; the default), 18 (or an edge) or 26 (or a corner).
+    pub connectivity: Option<u8>,
+    /// template: the plane that it is moved over: base (the default), or image (the known mistake).
+    pub plane: Option<PlaneKey>,
+    /// object-slices: whether opacities are corrected for the length of a ray between two layers; true unless given.
+    pub spacing_correction: Option<bool>,
+    /// coin-flips: games of each pixel, 1 to 1048576; 256 unless given.
+    pub games: Option<u32>,
+    /// coin-flips: what the flips depend on besides pixel and game; 0 unless given.
+    pub seed: Option<u32>,
     /// Numbers that fragments are blended in; f32 unless given, in the profile opengl unorm8. unorm16 is for that profile alone.
     pub target: Option<TargetKey>,
     /// How fragments of a pixel combine; over unless given.
@@ -51,6 +67,8 @@ fn opaque() -> f64 {
 }
 
 choices! {
+    AlgorithmKey { Slices, Rays, Traversal, Template, ObjectSlices, Grid, Shells, CoinFlips }
+    PlaneKey => TemplatePlane { Base, Image }
     HitKey => Hit { Refined, FirstSample }
     ProfileKey { Accurate, Opengl }
     FilterKey { Linear, Nearest, Cubic }
@@ -60,6 +78,41 @@ choices! {
 
 /// One surface in short, or several.
 pub(super) const RIVALS: &[Rivals] = &[(&["render.level"], &["render.levels"]), (&["render.levels"], &["render.level"])];
+
+/// The keys of an algorithm.
+struct AlgorithmKeys {
+    word: AlgorithmKey,
+    connectivity: Option<u8>,
+    plane: Option<PlaneKey>,
+    spacing_correction: Option<bool>,
+    games: Option<u32>,
+    seed: Option<u32>,
+}
+
+impl AlgorithmKeys {
+    fn of(algorithm: Algorithm) -> Self {
+        let plain = |word| Self { word, connectivity: None, plane: None, spacing_correction: None, games: None, seed: None };
+        match algorithm {
+            Algorithm::Slices => plain(AlgorithmKey::Slices),
+            Algorithm::Shells => plain(AlgorithmKey::Shells),
+            Algorithm::Rays => plain(AlgorithmKey::Rays),
+            Algorithm::Grid => plain(AlgorithmKey::Grid),
+            Algorithm::Traversal(connectivity) => {
+                let neighbours = match connectivity {
+                    Connectivity::Six => 6,
+                    Connectivity::Eighteen => 18,
+                    Connectivity::TwentySix => 26,
+                };
+                Self { connectivity: Some(neighbours), ..plain(AlgorithmKey::Traversal) }
+            }
+            Algorithm::Template(plane) => Self { plane: Some(plane.into()), ..plain(AlgorithmKey::Template) },
+            Algorithm::ObjectSlices { spacing_correction } => {
+                Self { spacing_correction: Some(spacing_correction), ..plain(AlgorithmKey::ObjectSlices) }
+            }
+            Algorithm::CoinFlips { games, seed } => Self { games: Some(games), seed: Some(seed), ..plain(AlgorithmKey::CoinFlips) },
+        }
+    }
+}
 
 impl RenderKeys {
     /// The keys that say how fragments of `scene` become pixels.
@@ -80,11 +133,18 @@ impl RenderKeys {
             Blend::Iso { level } => (BlendKey::Iso, None, Some(level)),
             Blend::Surfaces => (BlendKey::Iso, None, None),
         };
+        let algorithm = AlgorithmKeys::of(scene.algorithm());
         let surface = |s: &LevelSurface| LevelKeys { level: s.level(), color: s.color(), opacity: s.opacity() };
         Self {
             profile: Some(if scene.opengl().is_some() { ProfileKey::Opengl } else { ProfileKey::Accurate }),
             filter: Some(filter),
             prefilter,
+            algorithm: Some(algorithm.word),
+            connectivity: algorithm.connectivity,
+            plane: algorithm.plane,
+            spacing_correction: algorithm.spacing_correction,
+            games: algorithm.games,
+            seed: algorithm.seed,
             target: Some(method.target.into()),
             blend: Some(blend),
             threshold,
@@ -117,6 +177,34 @@ impl RenderKeys {
         method
     }
 
+    /// What draws the picture.
+    fn algorithm(&self, cx: &Context<'_>) -> Result<Algorithm> {
+        let word = self.algorithm.unwrap_or(AlgorithmKey::Slices);
+        let only = |key, given, of: AlgorithmKey, name| {
+            cx.refuse(&[(key, given && word != of)], &format!("is for render.algorithm = \"{name}\" alone"))
+        };
+        only("render.connectivity", self.connectivity.is_some(), AlgorithmKey::Traversal, "traversal")?;
+        only("render.plane", self.plane.is_some(), AlgorithmKey::Template, "template")?;
+        only("render.spacing_correction", self.spacing_correction.is_some(), AlgorithmKey::ObjectSlices, "object-slices")?;
+        only("render.games", self.games.is_some(), AlgorithmKey::CoinFlips, "coin-flips")?;
+        only("render.seed", self.seed.is_some(), AlgorithmKey::CoinFlips, "coin-flips")?;
+        Ok(match word {
+            AlgorithmKey::Slices => Algorithm::Slices,
+            AlgorithmKey::Shells => Algorithm::Shells,
+            AlgorithmKey::Rays => Algorithm::Rays,
+            AlgorithmKey::Grid => Algorithm::Grid,
+            AlgorithmKey::Traversal => Algorithm::Traversal(match self.connectivity {
+                None | Some(6) => Connectivity::Six,
+                Some(18) => Connectivity::Eighteen,
+                Some(26) => Connectivity::TwentySix,
+                Some(other) => return Err(cx.error("render.connectivity", format!("{other}: must be 6, 18 or 26"))),
+            }),
+            AlgorithmKey::Template => Algorithm::Template(self.plane.map_or(TemplatePlane::Base, TemplatePlane::from)),
+            AlgorithmKey::ObjectSlices => Algorithm::ObjectSlices { spacing_correction: self.spacing_correction != Some(false) },
+            AlgorithmKey::CoinFlips => Algorithm::CoinFlips { games: self.games.unwrap_or(GAMES), seed: self.seed.unwrap_or(0) },
+        })
+    }
+
     /// `scene` blended as the section says.
     pub(super) fn apply(&self, cx: &Context<'_>, scene: Scene) -> Result<Scene> {
         let kind = self.blend.unwrap_or(BlendKey::Over);
@@ -133,6 +221,7 @@ impl RenderKeys {
         let merge = scene.method().merge;
         cx.refuse(&[("slices.merge", merge && kind != BlendKey::Over)], "is for render.blend = \"over\" alone")?;
         let scene = scene.with_linear_light(self.linear_light == Some(true))?.with_hit(self.hit.map_or(Hit::Refined, Hit::from));
+        let scene = scene.with_algorithm(self.algorithm(cx)?)?;
         if let Some(levels) = &self.levels {
             let each = |(i, l): (usize, &LevelKeys)| {
                 LevelSurface::new(l.level, l.color, l.opacity).map_err(|e| cx.error(&format!("render.levels[{i}]"), e.to_string()))

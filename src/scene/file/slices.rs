@@ -38,6 +38,8 @@ pub(super) struct SliceKeys {
     pub extrapolate: Option<bool>,
     /// Whether three slabs or nine become one where colour and opacity hardly change, or hardly any light comes from; always where a tolerance is given.
     pub merge: Option<bool>,
+    /// A seed: each pixel's slices are shifted by a part of a slab that depends on its place and on this, so that rings of too few slices become noise.
+    pub jitter: Option<u32>,
 }
 
 choices! {
@@ -77,6 +79,7 @@ impl SliceKeys {
             accumulation: accurate.then_some(m.accumulation.into()),
             extrapolate: accurate.then_some(m.extrapolate),
             merge: merge.then_some(true),
+            jitter: scene.jitter(),
         }
     }
 
@@ -94,7 +97,7 @@ impl SliceKeys {
         if let Some(t) = self.terminate {
             scene = scene.with_terminate(t as f32)?;
         }
-        Ok(scene)
+        scene.with_jitter(self.jitter)
     }
 
     /// Refuses to merge slabs of a scene whose other sections leave no room for it.
