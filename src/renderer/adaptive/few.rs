@@ -14,8 +14,11 @@ const AIM: f64 = 0.85;
 /// chance plays. And what more blocks are held against.
 const FINER: [(usize, u64); 2] = [(8, 64), (100, 16)];
 const LEAST: u64 = 8;
-/// And where they are all the same.
+/// And where they are all the same, or differ in few pixels alone.
 const UNSEEN: u64 = 128;
+/// Pixels that make up an error, below which the picture is held against that many more too: where few pixels are wrong, others may be that no picture
+/// has shown yet, and each is a large part of what is asked for.
+const CROWD: f64 = 8.0;
 /// What is taken for its error, as a share of its difference to the picture of four times the slices: a third and more, were errors to fall with the
 /// slices' number only.
 const REST: f64 = 0.5;
@@ -60,8 +63,8 @@ pub(super) fn few(
             let mut judge = look((times * count).min(MOST), true)?;
             let mut off = rms(&judge, &four) * REST;
             error = rms(&one, &judge) + off;
-            if error == 0.0 {
-                // All the same: something thin may have been missed by all.
+            // All the same, or all but a few pixels: something thin may have been missed by all.
+            if error <= wanted && crowd(&one, &judge) < CROWD {
                 judge = look((UNSEEN * count).min(MOST), true)?;
                 off = rms(&judge, &four) * REST;
                 error = rms(&one, &judge) + off;
@@ -103,6 +106,18 @@ pub(super) fn few(
     Ok(Some(Reached { error: error / AIM, levels: vec![(count, blocks)] }))
 }
 
+/// How many pixels the difference of two pictures is made of, were it as large in each of them; 0 where there is none. It is the square of the sum of
+/// the pixels' squared differences over the sum of their squares.
+fn crowd(a: &[[f32; 4]], b: &[[f32; 4]]) -> f64 {
+    let (mut sum, mut squares) = (0.0, 0.0);
+    for (a, b) in a.iter().zip(b) {
+        let squared: f64 = (0..3).map(|c| f64::from(a[c]) - f64::from(b[c])).map(|d| d * d).sum();
+        sum += squared;
+        squares += squared * squared;
+    }
+    if squares > 0.0 { sum * sum / squares } else { 0.0 }
+}
+
 #[cfg(test)]
 #[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
@@ -139,6 +154,20 @@ mod tests {
         // Pictures of 32 and 64 slices miss the same detail.
         let (error, reached) = run(1e-3, |n, _| if n < 100 { 0.1 } else { 0.05 / n as f64 });
         assert!(error <= 1e-3 && reached.error <= 1e-3, "{error:.2e}, {reached:?}");
+    }
+
+    #[test]
+    fn a_difference_is_made_of_as_many_pixels_as_have_it() {
+        let plain = vec![[0.5; 4]; 100];
+        let mut other = plain.clone();
+        assert_eq!(crowd(&plain, &other), 0.0);
+        other[7] = [0.25; 4];
+        assert_eq!(crowd(&plain, &other), 1.0);
+        other[9..14].fill([0.75; 4]);
+        assert_eq!(crowd(&plain, &other), 6.0);
+        // One pixel that is off by far counts for most of it.
+        other[20] = [100.0; 4];
+        assert!(crowd(&plain, &other) < 1.01);
     }
 
     #[test]
