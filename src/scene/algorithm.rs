@@ -3,6 +3,8 @@
 //! Sources: R. Peikert, Scientific Visualization, 2008 (uniform sampling and voxel-by-voxel traversal, 3-5; ray templates, 3-6);
 //! R. Yagel, Template-based volume viewing, 1991; C. Rezk-Salama et al., 2000 (stacks of 2D textures).
 
+use super::{Accumulation, Blend, Ends, FogWeighting, Hit, Order, Placement, SampleAt, Scene, SlabForm, Slicing, Target};
+use crate::volume::Volume;
 use crate::{Error, Result};
 
 /// What draws a scene. All of them compute the same integral, each with errors of its own.
@@ -77,6 +79,54 @@ impl Algorithm {
         }
     }
 
+    /// Whether it goes ray by ray, each sample at a depth of its own.
+    pub(crate) fn is_cast(self) -> bool {
+        !matches!(self, Self::Slices | Self::Shells)
+    }
+
+    /// Whether it takes as many steps as the scene says; others go from voxel to voxel.
+    pub(crate) fn has_steps(self) -> bool {
+        matches!(self, Self::Slices | Self::Shells | Self::Rays | Self::CoinFlips { .. })
+    }
+
+    /// # Errors
+    /// [`Error::Invalid`] for a scene that asks for what this algorithm does not have.
+    pub(super) fn check_with(self, scene: &Scene) -> Result<()> {
+        if !self.is_cast() {
+            return Ok(());
+        }
+        let (m, blend) = (scene.method(), scene.blend());
+        let (grid, chance) = (self == Self::Grid, matches!(self, Self::CoinFlips { .. }));
+        let surfaces = matches!(blend, Blend::Iso { .. } | Blend::Surfaces);
+        let literal = scene.fog().is_some_and(|f| f.weighting() == FogWeighting::Literal);
+        let checks = [
+            (m.is_pre_integrated(), "transfer classification", "each sample is classified by its own value"),
+            (m.merge, "slices merge", "each sample is looked up"),
+            (m.extrapolate, "slices extrapolate", "it is for slices"),
+            (m.target != Target::F32, "render target", "rays are summed in f64"),
+            (m.accumulation != Accumulation::Auto, "slices accumulation", "rays are summed in f64"),
+            (matches!(scene.slicing(), Slicing::Tolerance(_)), "slices tolerance", "samples are not chosen for an error; give slices.count"),
+            (scene.jitter().is_some(), "slices jitter", "it is for slices"),
+            (scene.blending_order() == Order::BackToFront && !grid, "slices order", "rays are followed from the eye on; choose front-to-back"),
+            (chance && blend != Blend::Over, "render blend", "what a game pays is the colour of one sample; choose over"),
+            (surfaces && !grid && self != Self::Rays, "render blend", "surfaces lie between samples at equal steps; choose rays"),
+            (surfaces && grid && scene.hit() != Hit::FirstSample, "render hit", "there are values at voxels alone; choose first-sample"),
+            (literal && (grid || chance), "fog weighting", "a sample without opacity is none; choose alpha"),
+            (m.slab != SlabForm::Exponential && (grid || chance), "slices slab", "opacities lie between 0 and 1; choose exponential"),
+            (m.sample != SampleAt::Center && !self.has_steps(), "slices sample", "samples lie where voxels do"),
+            (m.ends != Ends::Partial && !self.has_steps(), "slices ends", "samples lie where voxels do"),
+            (m.filter.is_cubic() && matches!(self, Self::ObjectSlices { .. }), "render filter", "a layer is interpolated in itself; choose linear"),
+            (m.filter.is_cubic() && grid, "render filter", "values are the voxels' own; choose linear or nearest"),
+            (scene.transfer2d().is_some() && grid, "transfer2d", "it is evaluated stage by stage; choose another algorithm"),
+        ];
+        match checks.iter().find(|check| check.0) {
+            Some((_, key, why)) => {
+                Err(Error::invalid(format!("{key}: does not go together with render algorithm {}: {why}", self.name())))
+            }
+            None => Ok(()),
+        }
+    }
+
     /// # Errors
     /// [`Error::Invalid`] for a number of games outside its range.
     pub(super) fn check(self) -> Result<()> {
@@ -86,5 +136,16 @@ impl Algorithm {
             }
             _ => Ok(()),
         }
+    }
+}
+
+impl Scene {
+    /// Columns and rows of the picture of [`Algorithm::Grid`] that has one pixel for each row of voxels of `volume`; `None` for other algorithms, and
+    /// for cameras that do not look along an axis.
+    pub fn voxel_rows(&self, volume: &Volume) -> Option<(u32, u32)> {
+        let Placement::Along { axis, .. } = self.camera().placement() else { return None };
+        let dims = volume.grid().dims().map(|n| u32::try_from(n).unwrap_or(u32::MAX));
+        let [across, down] = [[1, 2], [0, 2], [0, 1]][axis.min(2)];
+        (self.algorithm() == Algorithm::Grid).then_some((dims[across], dims[down]))
     }
 }

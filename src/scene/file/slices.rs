@@ -128,14 +128,25 @@ impl SliceKeys {
             let scene = data.scene.clone();
             let tolerant =
                 matches!(scene.blend(), Blend::Over | Blend::Add).then(|| scene.clone().with_slices(Slicing::Tolerance(USUAL_TOLERANCE)));
+            let cast = scene.algorithm().is_cast();
             data.scene = match tolerant {
                 Some(Ok(scene)) => scene,
                 _ => {
                     let grid = data.volume.grid();
                     let spacing = (0.5 * grid.smallest_spacing()).max(2.0 * grid.radius() / MOST_USUAL);
+                    let name = scene.algorithm().name();
+                    if cast && scene.algorithm().has_steps() {
+                        data.notes.push(format!(
+                            "samples lie {spacing} world units apart, at half a voxel: render.algorithm = \"{name}\" does not choose them for an error"
+                        ));
+                    }
                     scene.with_slices(Slicing::Spacing(spacing))?
                 }
             };
+        } else if self.says_slices() && !data.scene.algorithm().has_steps() {
+            let key = if self.count.is_some() { "slices.count" } else { "slices.spacing" };
+            let name = data.scene.algorithm().name();
+            data.notes.push(format!("{key} is not heeded: render.algorithm = \"{name}\" goes from voxel to voxel"));
         }
         if self.merge == Some(false) && self.tolerance.is_some() {
             data.warnings.push("slices.merge = false is not heeded: to a tolerance slabs are merged where that will do".to_owned());
