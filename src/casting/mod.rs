@@ -197,11 +197,14 @@ fn rows<S: Scratch>(
         .par_chunks_mut(width)
         .enumerate()
         .map_init(scratch, |scratch, (y, row)| {
+            if stopped.load(Ordering::Relaxed) {
+                return Cast::default();
+            }
             for (x, to) in row.iter_mut().enumerate() {
                 // Whoever stops it does not want what is in the row.
-                if stopped.load(Ordering::Relaxed) || control.is_stopped() {
+                if control.is_stopped() {
                     stopped.store(true, Ordering::Relaxed);
-                    break;
+                    return Cast::default();
                 }
                 *to = pixel(scratch, x as u32, y as u32);
             }

@@ -185,3 +185,47 @@ impl Iterator for Voxelized<'_> {
         None
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::sight::Sight;
+    use super::*;
+    use crate::scene::{Camera, Placement, Projection};
+    use crate::volume::Grid;
+    use glam::DVec3;
+
+    /// How many coordinates change from each voxel of a ray to the next, counted over the rays of many views: how often none, one, two, three.
+    fn changes(way: impl Fn(&Stack, &Ray) -> Vec<Piece>) -> [u32; 4] {
+        let grid = Grid::with_spacing([9, 12, 7], [1.0, 0.8, 1.3]).expect("grid");
+        let mut found = [0; 4];
+        for (x, y, z) in [(3.0, 2.0, 1.0), (-1.0, 2.0, 1.9), (1.0, -0.95, 1.05), (0.3, 0.2, -1.0), (-2.0, -3.0, -2.5)] {
+            let eye = grid.center() + DVec3::new(x, y, z) * 6.0;
+            let placement = Placement::LookAt { eye, target: grid.center(), up: DVec3::new(0.1, 0.2, 1.0) };
+            let camera = Camera::new(placement, Projection::Perspective { fov_y: 60.0 }).expect("camera");
+            let stack = Stack::new(&grid, &camera.resolve(&grid, 40, 40).expect("view"), &[], 10);
+            let sight = Sight::new(&stack, &grid);
+            for pixel in 0..40 * 40 {
+                let Some(ray) = sight.ray(f64::from(pixel % 40) + 0.5, f64::from(pixel / 40) + 0.5) else { continue };
+                let pieces = way(&stack, &ray);
+                let length: f64 = pieces.iter().map(|p| p.length * stack.spacing).sum();
+                assert!((length - (ray.exit - ray.entry) * ray.stretch).abs() < 1e-9, "pixel {pixel}");
+                for pair in pieces.windows(2) {
+                    let steps = [0, 1, 2].map(|axis: usize| (pair[1].place[axis] - pair[0].place[axis]).abs());
+                    assert!(steps.iter().all(|&s| s <= 1.0), "pixel {pixel}: {steps:?}");
+                    found[steps.iter().filter(|&&s| s == 1.0).count()] += 1;
+                }
+            }
+        }
+        found
+    }
+
+    #[test]
+    fn neighbours_share_what_they_should() {
+        let [none, faces, edges, corners] = changes(|stack, ray| Passed::new(stack, ray, true).collect());
+        assert!(none == 0 && faces > 10_000 && edges == 0 && corners == 0, "6: {none}, {faces}, {edges}, {corners}");
+        let [none, faces, edges, corners] = changes(|stack, ray| Voxelized::new(stack, ray, true, true).collect());
+        assert!(none == 0 && faces > 1000 && edges > 1000 && corners == 0, "18: {none}, {faces}, {edges}, {corners}");
+        let [none, faces, edges, corners] = changes(|stack, ray| Voxelized::new(stack, ray, false, true).collect());
+        assert!(none == 0 && faces > 1000 && edges > 1000 && corners > 100, "26: {none}, {faces}, {edges}, {corners}");
+    }
+}

@@ -17,19 +17,31 @@ pub enum Algorithm {
     /// Spherical shells about the eye: surfaces of constant distance. Along parallel rays they are planes.
     Shells,
     /// Ray casting: pixel by pixel, at equal steps along the ray.
+    ///
+    /// Along parallel rays samples lie on the slices, so the picture is theirs but for rounding. In perspective sample k of every ray lies at the distance
+    /// r0 + (k + 1/2) (r1 - r0) / count from the eye: r0 is the least distance from the eye to the box (0 inside it) or the near plane's, whichever is more;
+    /// r1 the greatest distance to a corner. It stands for the slab around it, the outermost samples of a ray for what is left up to the box's faces.
     Rays,
     /// Ray casting from voxel to voxel, each with the length of the ray in it.
+    ///
+    /// With the filter nearest a sample is the voxel's own value, so that with [`Connectivity::Six`] the picture is the exact integral of the field of
+    /// blocks; else the value in the middle of the piece. The number of slices does not matter.
     Traversal(Connectivity),
-    /// One voxelized ray, moved over the plane that rays start from. For parallel rays alone.
+    /// One voxelized ray, moved over the plane that rays start from. For parallel rays alone. Samples are voxels: their values are their own.
     Template(TemplatePlane),
-    /// Stacks of 2D textures: the layers of voxels along the axis that the view is most along.
+    /// Stacks of 2D textures: the layers of voxels along the axis that the view is most along. A ray has a sample where it meets a layer, whole
+    /// for each: at the box's faces none is shortened.
     ObjectSlices {
-        /// Whether opacities are corrected for the length of a ray between two layers.
+        /// Whether opacities are corrected for the length of a ray between two layers; else, the known mistake, they are those of a voxel
+        /// whatever the angle.
         spacing_correction: bool,
     },
-    /// Rays along an axis of the volume, through the voxels of one row each.
+    /// Rays along an axis of the volume ([`Placement::Along`]), through the voxels of one row each, one pixel a row or some. Each sample stands for the
+    /// distance of two voxels; where opacities refer to that very length they are the transfer function's own numbers. A level surface is met once, at the first voxel at
+    /// or above its level. The depth cue ([`crate::scene::Shading::Depth`]) leaves 1 - k / (n - 1) of a colour at the kth of n voxels where the volume's box is one of nodes.
     Grid,
-    /// A game of chance: each game walks the slices of a ray, ends at one with the probability of its opacity, and pays its colour.
+    /// A game of chance: each game walks the samples of [`Algorithm::Rays`], ends at one with the probability of its opacity, and pays its straight colour;
+    /// without such an end it pays the background. The mean over n games differs from "over" by about 1 / sqrt(n).
     CoinFlips {
         /// Games of each pixel, 1 to [`MAX_GAMES`].
         games: u32,
@@ -45,12 +57,12 @@ pub const MAX_GAMES: u32 = 1 << 20;
 /// corner (26).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Connectivity {
-    /// Every voxel that the ray passes.
+    /// Every voxel that the ray passes for some length. A ray along a face belongs to the voxels of the higher index.
     #[default]
     Six,
-    /// Of two voxels that share no more than an edge, none between.
+    /// As with 26 neighbours, but where a step changes all three coordinates the voxel that the ray passes first is put between.
     Eighteen,
-    /// One voxel of each layer along the axis that the ray is most along.
+    /// One voxel of each layer along the axis that the ray is most along: the nearest to where the ray meets the layer's middle.
     TwentySix,
 }
 
