@@ -118,7 +118,11 @@ impl Gather {
                 let [r, g, b] = self.color.map(|c| c as f32);
                 let left = self.left as f32;
                 let layer = [r, g, b, left];
-                if self.opacity < FAINT { finish.faint(layer, (self.opacity - (1.0 - f64::from(left))) as f32) } else { finish.pixel(layer) }
+                if self.opacity < FAINT {
+                    finish.faint(layer, (self.opacity - (1.0 - f64::from(left))) as f32)
+                } else {
+                    finish.pixel(layer)
+                }
             }
             Blend::Add => resolve.of_sums(finish, self.color.map(|c| c as f32), self.opacity as f32, at),
             Blend::Average => resolve.of_sums(finish, [self.sum as f32, self.length as f32, 0.0], 0.0, at),

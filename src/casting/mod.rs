@@ -148,17 +148,23 @@ impl<'p, 'v> Caster<'p, 'v> {
             pixels.fill(finish.nothing());
             return Ok(Cast::default());
         }
-        rows(pixels, width, control, || Samples::new(self.plan), |samples, x, y| {
-            let Some(ray) = self.sight.ray(f64::from(x) + 0.5, f64::from(y) + 0.5) else { return finish.nothing() };
-            if let Way::CoinFlips(steps, coins) = &self.way {
-                let mut game = coins.game(u64::from(y) * width as u64 + u64::from(x));
-                samples.cast(&ray, StepsAlong::new(steps, &self.sight, &ray), &mut game);
-                return finish.pixel(game.played());
-            }
-            let mut gather = Gather::new(self.plan, self.blend);
-            self.cast(&ray, samples, &mut gather);
-            gather.finished(self.resolve, finish, (x as usize, y as usize))
-        })
+        rows(
+            pixels,
+            width,
+            control,
+            || Samples::new(self.plan),
+            |samples, x, y| {
+                let Some(ray) = self.sight.ray(f64::from(x) + 0.5, f64::from(y) + 0.5) else { return finish.nothing() };
+                if let Way::CoinFlips(steps, coins) = &self.way {
+                    let mut game = coins.game(u64::from(y) * width as u64 + u64::from(x));
+                    samples.cast(&ray, StepsAlong::new(steps, &self.sight, &ray), &mut game);
+                    return finish.pixel(game.played());
+                }
+                let mut gather = Gather::new(self.plan, self.blend);
+                self.cast(&ray, samples, &mut gather);
+                gather.finished(self.resolve, finish, (x as usize, y as usize))
+            },
+        )
     }
 
     /// The samples of `ray`, gathered by `take`.

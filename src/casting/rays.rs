@@ -109,9 +109,11 @@ impl<'s> StepsAlong<'s> {
         // A sample within rounding of an end belongs by the fill rule.
         let rounded = |x: f64| libm::floor(x + 0.5) as i64;
         let close = rounded(entry);
-        let mut first = if (entry - close as f64).abs() > error { close + i64::from(entry > close as f64) } else { close + i64::from(!covers(close)) };
+        let mut first =
+            if (entry - close as f64).abs() > error { close + i64::from(entry > close as f64) } else { close + i64::from(!covers(close)) };
         let close = rounded(exit);
-        let mut last = if (exit - close as f64).abs() > error { close - i64::from(exit < close as f64) } else { close - i64::from(!covers(close)) };
+        let mut last =
+            if (exit - close as f64).abs() > error { close - i64::from(exit < close as f64) } else { close - i64::from(!covers(close)) };
         if first > last && !steps.whole_ends && exit - entry > error {
             // The ray cuts a corner of the box between two samples.
             first = rounded(0.5 * (entry + exit)).clamp(0, steps.count - 1);

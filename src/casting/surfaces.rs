@@ -58,9 +58,7 @@ impl<'s> SurfaceRays<'s> {
     pub(crate) fn new(scene: &'s Scene, volume: &'s Volume, stack: &'s Stack) -> Result<Self> {
         let surfaces = match (scene.surfaces(), scene.blend()) {
             (Some(surfaces), _) => surfaces,
-            (None, Blend::Iso { level }) => {
-                Surfaces { levels: vec![(level, scene.transfer().eval(level).rgb, 1.0)], capped: true }
-            }
+            (None, Blend::Iso { level }) => Surfaces { levels: vec![(level, scene.transfer().eval(level).rgb, 1.0)], capped: true },
             _ => return Err(Error::invalid("render levels: none are given")),
         };
         Ok(Self {

@@ -136,8 +136,7 @@ mod tests {
                 let depth = stack.view.depth(grid.index_to_world().transform_point3(DVec3::from_array(through)));
                 let start = [0, 1, 2].map(|i: usize| through[i] - depth * slope[i]);
                 // No piece is cut by the box: visits are what is counted.
-                let ray =
-                    Ray { start, slope, stretch: 1.0, aside: 0.0, entry: -1e9, exit: 1e9, error: 0.0, window: (0.0, 0.0) };
+                let ray = Ray { start, slope, stretch: 1.0, aside: 0.0, entry: -1e9, exit: 1e9, error: 0.0, window: (0.0, 0.0) };
                 for piece in template.along(&stack, &ray) {
                     *met.entry(piece.place.map(|v| v as i64)).or_insert(0) += 1;
                 }

@@ -39,8 +39,7 @@ impl<'s> Passed<'s> {
     pub(super) fn new(stack: &Stack, ray: &'s Ray, own: bool) -> Self {
         let at = ray.at(ray.entry);
         let voxel = [0, 1, 2].map(|axis: usize| nearest(at[axis], stack.dims[axis]));
-        let mut passed =
-            Self { ray, dims: stack.dims, thickness: stack.spacing, own, voxel, leaves: [f64::INFINITY; 3], depth: ray.entry };
+        let mut passed = Self { ray, dims: stack.dims, thickness: stack.spacing, own, voxel, leaves: [f64::INFINITY; 3], depth: ray.entry };
         for axis in 0..3 {
             passed.leaves[axis] = passed.face(axis);
             passed.pass(axis);

@@ -117,9 +117,17 @@ impl Algorithm {
             (m.extrapolate, "slices extrapolate", "it is for slices"),
             (m.target != Target::F32, "render target", "rays are summed in f64"),
             (m.accumulation != Accumulation::Auto, "slices accumulation", "rays are summed in f64"),
-            (matches!(scene.slicing(), Slicing::Tolerance(_)), "slices tolerance", "samples are not chosen for an error; give slices.count"),
+            (
+                matches!(scene.slicing(), Slicing::Tolerance(_)),
+                "slices tolerance",
+                "samples are not chosen for an error; give slices.count",
+            ),
             (scene.jitter().is_some(), "slices jitter", "it is for slices"),
-            (scene.blending_order() == Order::BackToFront && !grid, "slices order", "rays are followed from the eye on; choose front-to-back"),
+            (
+                scene.blending_order() == Order::BackToFront && !grid,
+                "slices order",
+                "rays are followed from the eye on; choose front-to-back",
+            ),
             (chance && blend != Blend::Over, "render blend", "what a game pays is the colour of one sample; choose over"),
             (surfaces && !grid && self != Self::Rays, "render blend", "surfaces lie between samples at equal steps; choose rays"),
             (surfaces && grid && scene.hit() != Hit::FirstSample, "render hit", "there are values at voxels alone; choose first-sample"),
@@ -127,14 +135,16 @@ impl Algorithm {
             (m.slab != SlabForm::Exponential && (grid || chance), "slices slab", "opacities lie between 0 and 1; choose exponential"),
             (m.sample != SampleAt::Center && !self.has_steps(), "slices sample", "samples lie where voxels do"),
             (m.ends != Ends::Partial && !self.has_steps(), "slices ends", "samples lie where voxels do"),
-            (m.filter.is_cubic() && matches!(self, Self::ObjectSlices { .. }), "render filter", "a layer is interpolated in itself; choose linear"),
+            (
+                m.filter.is_cubic() && matches!(self, Self::ObjectSlices { .. }),
+                "render filter",
+                "a layer is interpolated in itself; choose linear",
+            ),
             (m.filter.is_cubic() && grid, "render filter", "values are the voxels' own; choose linear or nearest"),
             (scene.transfer2d().is_some() && grid, "transfer2d", "it is evaluated stage by stage; choose another algorithm"),
         ];
         match checks.iter().find(|check| check.0) {
-            Some((_, key, why)) => {
-                Err(Error::invalid(format!("{key}: does not go together with render algorithm {}: {why}", self.name())))
-            }
+            Some((_, key, why)) => Err(Error::invalid(format!("{key}: does not go together with render algorithm {}: {why}", self.name()))),
             None => Ok(()),
         }
     }

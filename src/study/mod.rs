@@ -33,7 +33,8 @@ mod transfer_plot;
 pub use methods::{METHODS, NamedMethod};
 pub use precision::{Options, Study, study};
 pub use record::{
-    Advice, AlgorithmRow, Balance, Cost, GradientKind, HitKind, MethodRecord, Point, PreIntegration, Record, Setting, Shared, SlicesFor, StageTime,
+    Advice, AlgorithmRow, Balance, Cost, GradientKind, HitKind, MethodRecord, Point, PreIntegration, Record, Setting, Shared, SlicesFor,
+    StageTime,
 };
 
 pub use joint_plot::joint_histogram_png;

@@ -208,7 +208,8 @@ pub fn study(volume: &Volume, scene: &Scene, options: &Options) -> Result<Study>
         reference_seconds,
         version: env!("CARGO_PKG_VERSION").into(),
     };
-    let record = Record { setting, methods, points: found.points, stages, costs, gradients, hits, algorithms, balance, advice, pre_integration };
+    let record =
+        Record { setting, methods, points: found.points, stages, costs, gradients, hits, algorithms, balance, advice, pre_integration };
     Ok(Study { record, reference: bench.reference.shown, pictures: found.pictures })
 }
 

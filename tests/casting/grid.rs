@@ -1,9 +1,7 @@
 //! Rays along an axis, through the voxels of a row each: a classroom's loops, number by number.
 
 use crate::{PARALLEL, drawn, numbers, plain, telling, with};
-use slicestack::scene::{
-    Algorithm, Blend, Camera, Hit, LevelSurface, Lighting, Order, Placement, Shading, Straight, TransferFunction,
-};
+use slicestack::scene::{Algorithm, Blend, Camera, Hit, LevelSurface, Lighting, Order, Placement, Shading, Straight, TransferFunction};
 use slicestack::volume::BoxConvention;
 use slicestack::{Scene, Volume};
 
@@ -141,7 +139,15 @@ fn small_head() -> Volume {
     let values = (0..nx * ny * nz).map(|i| {
         let (x, y, z) = (at(i % nx, nx), at(i / nx % ny, ny), at(i / nx / ny, nz));
         let r = (x * x + 1.3 * y * y + z * z).sqrt();
-        (if r > 0.9 { -1000.0 } else if r > 0.75 { -100.0 + 40.0 * x } else if r > 0.4 { 380.0 + 200.0 * z + 90.0 * x } else { 120.0 }) as i16
+        (if r > 0.9 {
+            -1000.0
+        } else if r > 0.75 {
+            -100.0 + 40.0 * x
+        } else if r > 0.4 {
+            380.0 + 200.0 * z + 90.0 * x
+        } else {
+            120.0
+        }) as i16
     });
     let grid = slicestack::volume::Grid::with_spacing([nx, ny, nz], [1.0, 1.0, -2.0]).unwrap();
     Volume::new(grid, slicestack::volume::Voxels::I16(values.collect::<Vec<_>>().into())).unwrap()
@@ -155,8 +161,8 @@ fn loops_over_a_small_head_give_the_same_numbers() {
 #[test]
 #[cfg(feature = "formats")]
 fn loops_over_the_ct_head_give_the_same_numbers() {
-    use slicestack::volume::io::{Endian, RawSpec, read_raw};
     use slicestack::volume::VoxelType;
+    use slicestack::volume::io::{Endian, RawSpec, read_raw};
     let root = std::env::var_os("SLICESTACK_DATA")
         .map_or_else(|| std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), std::path::PathBuf::from);
     let path = root.join("cthead/CThead_256x256x113_int16be.raw.gz");

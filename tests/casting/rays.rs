@@ -24,7 +24,9 @@ fn along_parallel_rays_they_draw_what_slices_draw() {
         assert!(mean < 2e-5 && difference < if name.starts_with("lit") { 2e-3 } else { 2e-5 }, "{name}: {difference}, {mean}");
         compared.push(name);
     }
-    for wanted in ["mip", "average", "add", "lmip", "fog-linear-radial", "clip-one", "nodes", "oblique", "holes", "lit", "nearest", "surfaces-lit"] {
+    for wanted in
+        ["mip", "average", "add", "lmip", "fog-linear-radial", "clip-one", "nodes", "oblique", "holes", "lit", "nearest", "surfaces-lit"]
+    {
         assert!(compared.contains(&wanted), "{wanted} is not compared: {compared:?}");
     }
     assert!(compared.len() > 30, "{compared:?}");
@@ -105,10 +107,8 @@ fn in_perspective_steps_are_equal_along_each_ray() {
 #[test]
 fn constant_volumes_have_the_exact_opacity_at_any_number_of_steps() {
     let volume = numbers([6, 8, 5]);
-    for (eye, projection) in [
-        (DVec3::new(14.0, 9.0, 5.0), Projection::Perspective { fov_y: 70.0 }),
-        (DVec3::new(-9.0, 9.0, 5.0), PARALLEL),
-    ] {
+    for (eye, projection) in [(DVec3::new(14.0, 9.0, 5.0), Projection::Perspective { fov_y: 70.0 }), (DVec3::new(-9.0, 9.0, 5.0), PARALLEL)]
+    {
         for steps in [1, 2, 7, 100] {
             let scene = with(&plain(constant(0.3), 24, steps).with_camera(looking(eye, &volume, projection)), Algorithm::Rays);
             let truth = image(&scene, &volume, Region::whole(&scene)).unwrap();
@@ -121,10 +121,8 @@ fn constant_volumes_have_the_exact_opacity_at_any_number_of_steps() {
 #[test]
 fn they_converge_to_the_reference_at_second_order() {
     let volume = Phantom::Cloud.volume(24).unwrap();
-    let transfer = slicestack::scene::TransferFunction::new(
-        vec![(0.0, [0.1, 0.3, 1.0]), (1.0, [1.0, 0.4, 0.1])],
-        vec![(0.0, 0.0), (1.0, 0.3)],
-    );
+    let transfer =
+        slicestack::scene::TransferFunction::new(vec![(0.0, [0.1, 0.3, 1.0]), (1.0, [1.0, 0.4, 0.1])], vec![(0.0, 0.0), (1.0, 0.3)]);
     let camera = looking(DVec3::new(30.0, 20.0, 14.0), &volume, Projection::Perspective { fov_y: 70.0 });
     let scene = with(&plain(transfer.unwrap(), 40, 1).with_camera(camera), Algorithm::Rays);
     let truth = image(&scene, &volume, Region::whole(&scene)).unwrap();

@@ -134,3 +134,33 @@ mod files {
         assert!(resolved("[camera]\nalong = \"w\"\n").is_err());
     }
 }
+
+#[test]
+#[cfg(feature = "explain")]
+fn the_teaching_page_is_for_slices() {
+    use slicestack::explain::{Request, explain};
+    let scene = plain(telling(), 8, 8).with_algorithm(Algorithm::Rays).unwrap();
+    let said = explain(&numbers([6, 6, 6]), &scene, &Settings::new(), &Request::new()).unwrap_err().to_string();
+    assert_eq!(said, "render algorithm rays: goes ray by ray, and has no slices to look at; choose slices");
+}
+
+#[test]
+#[cfg(feature = "study")]
+fn a_report_draws_the_algorithms_beside_each_other() {
+    use slicestack::study::{NamedMethod, Options, study};
+    let options = Options::new().budget(2.0).methods(vec![NamedMethod::named("midpoint").unwrap()]);
+    let volume = slicestack::volume::phantom::Phantom::Cloud.volume(16).unwrap();
+    let transfer = slicestack::scene::TransferFunction::new(vec![(0.0, [1.0, 0.5, 0.2])], vec![(0.0, 0.0), (1.0, 0.3)]).unwrap();
+    let scene = plain(transfer, 24, 64);
+    let rows = study(&volume, &scene, &options).unwrap().record.algorithms;
+    let error = |name: &str| rows.iter().find(|r| r.algorithm == name).unwrap_or_else(|| panic!("{name} is missing")).rms;
+    for row in &rows {
+        println!("{}: {} samples, rms {:.1e}, largest {:.1e}", row.algorithm, row.samples, row.rms, row.max);
+    }
+    assert!((error("rays") / error("slices") - 1.0).abs() < 1e-2, "{} for {}", error("rays"), error("slices"));
+    assert!(error("traversal, connectivity 6") < error("traversal, connectivity 26"));
+    assert!(error("object-slices") < error("object-slices, spacing_correction false"));
+    assert!(error("slices") < error("coin-flips, 64 games") && error("template") > 0.0);
+    let said = study(&volume, &scene.with_algorithm(Algorithm::Rays).unwrap(), &options).unwrap_err().to_string();
+    assert!(said.starts_with("render algorithm rays: a report compares ways to integrate slices"), "{said}");
+}

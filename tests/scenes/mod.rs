@@ -2,10 +2,10 @@
 
 use glam::{DMat3, DMat4, DQuat, DVec3, DVec4};
 use slicestack::scene::{
-    Accumulation, Algorithm, AlphaTest, Arithmetic, Blend, BlendFunction, Camera, Classification, ClipPlane, Compare, Connectivity, Ends, Environment, Equation,
-    Factor, Filter, Fog, FogDistance, FogEvaluation, FogMode, FogWeighting, Gradient, Hit, LevelSurface, Light, LightSource, Lighting,
-    Method, OpenGl, Order, Placement, Projection, Region, SampleAt, Scissor, Shading, Shape, SlabForm, Slicing, Straight, Target,
-    TemplatePlane, Transfer2d, TransferFunction, Wrap,
+    Accumulation, Algorithm, AlphaTest, Arithmetic, Blend, BlendFunction, Camera, Classification, ClipPlane, Compare, Connectivity, Ends,
+    Environment, Equation, Factor, Filter, Fog, FogDistance, FogEvaluation, FogMode, FogWeighting, Gradient, Hit, LevelSurface, Light,
+    LightSource, Lighting, Method, OpenGl, Order, Placement, Projection, Region, SampleAt, Scissor, Shading, Shape, SlabForm, Slicing,
+    Straight, Target, TemplatePlane, Transfer2d, TransferFunction, Wrap,
 };
 use slicestack::volume::phantom::Phantom;
 use slicestack::volume::{BoxConvention, Grid, VoxelType, Voxels};
@@ -330,10 +330,8 @@ fn cast(list: &mut Vec<Sample>) {
     add("rays", head(), fog(wide()).with_lighting(light()).unwrap(), Algorithm::Rays);
     add("rays-parallel-16", cloud(20, VoxelType::U16), parallel().with_transfer(soft()), Algorithm::Rays);
     add("rays-mip", head(), wide().with_transfer(strong()).with_blend(Blend::Mip).unwrap(), Algorithm::Rays);
-    let surfaces = vec![
-        LevelSurface::new(0.4, Some([1.0, 0.3, 0.2]), 0.4).unwrap(),
-        LevelSurface::new(0.6, Some([0.2, 0.4, 1.0]), 1.0).unwrap(),
-    ];
+    let surfaces =
+        vec![LevelSurface::new(0.4, Some([1.0, 0.3, 0.2]), 0.4).unwrap(), LevelSurface::new(0.6, Some([0.2, 0.4, 1.0]), 1.0).unwrap()];
     add(
         "rays-surfaces",
         Phantom::MarschnerLobb.volume(32).unwrap(),

@@ -16,7 +16,7 @@ const MOST_USUAL: f64 = 4096.0;
 #[serde(deny_unknown_fields, default)]
 pub(super) struct SliceKeys {
     /// Number of slices through the box's depth. Unless count, spacing or tolerance is given: a tolerance of 0.004, one of 256 levels, where colours are
-    /// blended; a spacing of half a voxel for projections and surfaces; 256 in the profile opengl.
+    /// blended; a spacing of half a voxel for projections and surfaces, and for algorithms that go ray by ray; 256 in the profile opengl.
     pub count: Option<u64>,
     /// Distance of slices, world units, instead of their number.
     pub spacing: Option<f64>,
