@@ -94,6 +94,7 @@
 pub mod annotate;
 #[doc(hidden)]
 pub mod bench;
+mod casting;
 mod classify;
 pub mod compare;
 pub mod cut;

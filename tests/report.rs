@@ -123,7 +123,7 @@ fn a_small_scene_becomes_a_page_numbers_and_plots() {
     assert!(told.contains("cheapest way") && told.contains("1e-2") && told.contains("report.html"), "{told}");
     let folder = dir.path().join("r");
     let json: Value = serde_json::from_str(&read(folder.join("report.json"))).unwrap();
-    for list in ["points", "methods", "stages", "advice"] {
+    for list in ["points", "methods", "stages", "advice", "algorithms"] {
         assert!(agree(&folder.join(format!("{list}.csv")), &json[list]) > 0, "{list} is empty");
     }
     // Sizes are lists in the JSON and columns in the CSV.
@@ -145,6 +145,15 @@ fn a_small_scene_becomes_a_page_numbers_and_plots() {
     assert!(rms.len() >= 2 && rms[rms.len() - 1] < 0.5 * rms[0], "{rms:?}");
     assert_eq!(json["methods"].as_array().unwrap().len(), slicestack::study::METHODS.len());
     assert!(json["methods"].as_array().unwrap().iter().all(|m| m["missing"].is_null()), "{}", json["methods"]);
+    // Every algorithm draws the scene, but for templates where rays are not parallel; rays as slices do.
+    let error = |name: &str| {
+        let row = json["algorithms"].as_array().unwrap().iter().find(|r| r["algorithm"] == name);
+        row.unwrap_or_else(|| panic!("{name} is missing"))["rms"].as_f64().unwrap()
+    };
+    assert!((error("rays") / error("slices") - 1.0).abs() < 0.5, "{} for {}", error("rays"), error("slices"));
+    assert!(error("traversal, connectivity 6") < error("coin-flips, 64 games"));
+    assert!(error("object-slices") < error("object-slices, spacing_correction false"));
+    assert!(html.contains("<h2>Algorithms</h2>"));
     // Shares of a frame add up to it.
     let stages = json["stages"].as_array().unwrap();
     let sum: f64 = stages.iter().filter(|s| s["method"] == "midpoint").map(|s| s["share"].as_f64().unwrap()).sum();

@@ -121,7 +121,9 @@ fn camera(dice: &mut Dice) -> Camera {
         1 => Projection::Orthographic { height: Some(dice.positive()) },
         _ => Projection::Perspective { fov_y: 1.0 + 170.0 * dice.share() },
     };
-    let placement = if dice.flip() {
+    let placement = if dice.below(5) == 0 {
+        Placement::Along { axis: dice.below(3) as usize, backwards: dice.flip() }
+    } else if dice.flip() {
         Placement::Orbit { azimuth: dice.number(), elevation: dice.number(), roll: dice.number(), zoom: dice.positive() }
     } else {
         Placement::LookAt { eye: dice.point(), target: dice.point(), up: dice.point() }

@@ -93,7 +93,7 @@ impl Needs {
             guard: with_holes,
             fog: extra(scene.fog()).filter(|_| colors).map(Fog::distance),
             perspective: stack.perspective,
-            far: spans_far(stack, method.filter.is_cubic()),
+            far: spans_far(stack, method.filter.is_cubic()) || scene.algorithm().is_cast() && holds_far(stack),
             skip,
             // A stage that lights empty space does so once a slice, so their number counts; and where voxels are NaN, a brick's range does
             // not tell how values change.
@@ -232,6 +232,11 @@ pub(crate) fn method(scene: &Scene) -> Method {
 pub(crate) fn order(scene: &Scene) -> u32 {
     let method = method(scene);
     if method.is_pre_integrated() && scene.lighting().is_some() { 1 } else { method.order() }
+}
+
+/// Whether two voxels may lie further apart than an i32 counts, in any layout that lookups read: samples of one ray lie anywhere.
+fn holds_far(stack: &Stack) -> bool {
+    stack.dims.iter().map(|&n| (n + 2) as f64).product::<f64>() * 1.0625 >= f64::from(i32::MAX)
 }
 
 /// Whether the cells of one batch may lie 2^24 voxels apart or more: the batch's extent in the worst place of the picture. With a `border` rows

@@ -18,6 +18,8 @@ pub(crate) struct Stages<'v> {
     pub(crate) partial: Vec<Stage<'v>>,
     /// More lookups, where slabs lie between slices.
     pub(crate) pairs: Option<PairStages<'v>>,
+    /// From places, already there, to what is blended, for batches of samples that each lie at a depth of their own; none in frames of slices.
+    pub(crate) each: Vec<Stage<'v>>,
 }
 
 /// Stages of the lookups besides the slices', where slabs lie between two values.
@@ -44,6 +46,8 @@ enum For {
     Behind,
     /// Those whose values alone are kept for the next slice.
     Keep,
+    /// Those of samples at depths of their own, which are blended elsewhere.
+    Each,
 }
 
 /// What a stage's kernel depends on besides what a frame [`Needs`].
@@ -76,7 +80,8 @@ impl<'v> Stages<'v> {
             fetch,
             exit: list(For::Behind),
         });
-        Self { span, whole: list(For::Whole), partial: list(For::Partial), pairs }
+        let each = if k.scene.algorithm().is_cast() { list(For::Each) } else { Vec::new() };
+        Self { span, whole: list(For::Whole), partial: list(For::Partial), pairs, each }
     }
 }
 
@@ -86,7 +91,7 @@ impl Kernels<'_> {
         let (level, colors) = (self.level, self.needs.colors());
         let shades = colors && of != For::Keep;
         match id {
-            StageId::Texcoord if of == For::Behind => None,
+            StageId::Texcoord if matches!(of, For::Behind | For::Each) => None,
             StageId::Texcoord if self.part && self.needs.far => Some(level.kernel::<TexcoordPart<true>, _, _>()),
             StageId::Texcoord if self.part => Some(level.kernel::<TexcoordPart<false>, _, _>()),
             StageId::Texcoord if self.needs.far => Some(level.kernel::<TexcoordFar, _, _>()),
@@ -104,11 +109,11 @@ impl Kernels<'_> {
                 (shades && !self.needs.optical_depth && (of != For::Whole || self.needs.perspective)).then(|| self.correct())
             }
             StageId::Mask => (shades && (of != For::Whole || self.needs.guard)).then(|| level.kernel::<MaskStage, _, _>()),
-            StageId::Blend => (of != For::Keep).then(|| self.blend()),
+            StageId::Blend => (!matches!(of, For::Keep | For::Each)).then(|| self.blend()),
             // Runs before the lists.
             StageId::Span => None,
             StageId::Optional(stage) => {
-                let pieces = if of == For::Behind { Pieces::BehindSlices } else { Pieces::OnSlice };
+                let pieces = if matches!(of, For::Behind | For::Each) { Pieces::BehindSlices } else { Pieces::OnSlice };
                 let runs = of != For::Keep && (colors || stage.option().projections == InProjections::Runs);
                 if runs && !LEAN { optional_kernel(stage, self.scene, pieces, level) } else { None }
             }
@@ -117,7 +122,7 @@ impl Kernels<'_> {
 
     /// Whether a list's batches may have pieces shorter than slabs that may be opaque.
     fn has_pieces(&self, of: For) -> bool {
-        self.pieces && matches!(of, For::Partial | For::Behind)
+        self.pieces && matches!(of, For::Partial | For::Behind | For::Each)
     }
 
     fn span<'v>(&self) -> Run<'v> {

@@ -93,7 +93,19 @@ impl<'f> Resolve<'f> {
 
     /// Pixel `i` of a block, at (x,y) of the picture, as `finish` makes it.
     pub(crate) fn finished(&self, finish: &impl Finish, pixels: &PixelBlock, (i, x, y): (usize, usize, usize)) -> [f32; 4] {
-        match self.pixel(pixels, i, x, y) {
+        self.made(finish, self.pixel(pixels, i, x, y))
+    }
+
+    /// A pixel at (x,y) of the picture whose `color` and transmittance `t` hold what a block's pixels would, but are no colours blended over each
+    /// other.
+    pub(crate) fn of_sums(&self, finish: &impl Finish, color: [f32; 3], t: f32, (x, y): (usize, usize)) -> [f32; 4] {
+        self.made(finish, self.projected(color, t, x, y))
+    }
+
+    /// A layer's pixel, if there is one, and what its transmittance has lost, as `finish` makes it.
+    #[inline(always)]
+    fn made(&self, finish: &impl Finish, pixel: Option<([f32; 4], f32)>) -> [f32; 4] {
+        match pixel {
             None => finish.nothing(),
             Some((layer, 0.0)) if !self.compensated => finish.pixel(layer),
             Some((layer, lost)) => finish.faint(layer, lost),
@@ -105,11 +117,18 @@ impl<'f> Resolve<'f> {
     fn pixel(&self, pixels: &PixelBlock, i: usize, x: usize, y: usize) -> Option<([f32; 4], f32)> {
         let [c0, c1, c2] = [0, 1, 2].map(|c: usize| pixels.color[c][i]);
         let t = pixels.transmittance[i];
+        if matches!(self.blend, Blend::Over | Blend::Surfaces) {
+            let lost = if self.compensated { pixels.excess[3][i] } else { 0.0 };
+            return Some(([c0, c1, c2, t], lost));
+        }
+        self.projected([c0, c1, c2], t, x, y)
+    }
+
+    /// As [`Resolve::pixel`], where slabs are not blended over each other.
+    #[inline(always)]
+    fn projected(&self, [c0, c1, c2]: [f32; 3], t: f32, x: usize, y: usize) -> Option<([f32; 4], f32)> {
         let front = match self.blend {
-            Blend::Over | Blend::Surfaces => {
-                let lost = if self.compensated { pixels.excess[3][i] } else { 0.0 };
-                return Some(([c0, c1, c2, t], lost));
-            }
+            Blend::Over | Blend::Surfaces => return Some(([c0, c1, c2, t], 0.0)),
             // `t` is the sum of opacities.
             Blend::Add => return Some(through([c0.min(1.0), c1.min(1.0), c2.min(1.0)], t.min(1.0), 1.0 - t.min(1.0))),
             Blend::Mip | Blend::Min => self.shown(c0),

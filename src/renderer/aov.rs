@@ -20,7 +20,7 @@ impl Renderer {
     /// As [`Renderer::render`], with `planes` beside the picture, in their order. The picture is the same with and without them.
     ///
     /// # Errors
-    /// As [`Renderer::render`]; [`Error::Invalid`] for scenes whose rays end up nowhere: of the profile `opengl`, and of blends other than
+    /// As [`Renderer::render`]; [`Error::Invalid`] for scenes whose rays end up nowhere: of the profile `opengl`, of algorithms that go ray by ray, and of blends other than
     /// [`Blend::Over`], [`Blend::Iso`] and [`Blend::Surfaces`]; and where there is no memory for the planes.
     pub fn render_with(&mut self, scene: &Scene, planes: &[Aov]) -> Result<(Picture, RenderStats, Vec<Plane>)> {
         if planes.is_empty() {
@@ -123,6 +123,10 @@ fn check(scene: &Scene, aov: Aov) -> Result<()> {
     let name = aov.name();
     if Backend::of(scene) == Backend::OpenGl {
         return Err(Error::invalid(format!("aov {name}: the profile opengl draws a framebuffer alone; choose accurate")));
+    }
+    if scene.algorithm().is_cast() {
+        let algorithm = scene.algorithm().name();
+        return Err(Error::invalid(format!("aov {name}: render algorithm {algorithm} makes pictures alone; choose slices")));
     }
     if !matches!(scene.blend(), Blend::Over | Blend::Iso { .. } | Blend::Surfaces) {
         return Err(Error::invalid(format!(

@@ -3,6 +3,7 @@
 //! ```text
 //!  scene --> backend: slices --layer, block by block--> finish: background --+
 //!              |  ^ plan    ^ cache: what depends on volume and transfer function|--> warnings, statistics --> picture
+//!              +--> casting: ray by ray, each pixel over the background ---------+
 //!              +--> opengl: a framebuffer cleared to the background -------------+
 //! ```
 //! A backend fills the caller's pixels and tells what it did ([`Drawn`]). Layers are finished while their block is in the cache, by the one
@@ -11,6 +12,7 @@
 pub(crate) mod adaptive;
 mod aov;
 mod cache;
+mod casting;
 mod finish;
 mod job;
 mod layer;
@@ -244,7 +246,7 @@ impl Renderer {
         let drawn = match Backend::of(scene) {
             Backend::Slices => self.draw_slices(&mut job, pixels)?,
             Backend::OpenGl => self.draw_opengl(&mut job, pixels)?,
-            Backend::Casting => return Err(Error::invalid(format!("render algorithm {}: is not drawn yet", scene.algorithm().name()))),
+            Backend::Casting => self.draw_casting(&mut job, pixels)?,
         };
         let times = (job.clock.prepare_seconds, job.clock.start.elapsed().as_secs_f64());
         Ok((finish::statistics(drawn, times, &self.volume, pixels), job.observer))
@@ -345,7 +347,12 @@ fn make_pool(threads: Option<usize>) -> Result<ThreadPool> {
 
 /// Number of slices `spacing` apart at most.
 fn slice_count(spacing: f64, grid: &Grid, view: &View) -> Result<u64> {
-    let depth = Stack::depth_range(grid, view).map_or(0.0, |(near, far)| far - near);
+    steps_of(spacing, Stack::depth_range(grid, view))
+}
+
+/// Number of steps of `spacing` at most from one end of `range` to the other.
+fn steps_of(spacing: f64, range: Option<(f64, f64)>) -> Result<u64> {
+    let depth = range.map_or(0.0, |(near, far)| far - near);
     // A hair less, so that a spacing that divides the depth is not rounded up past it.
     let n = libm::ceil(depth / spacing * (1.0 - 1e-12));
     if n > MAX_SLICES as f64 {

@@ -52,6 +52,20 @@ pub enum Placement {
         /// 1 fits the box's bounding sphere into the picture; 2 shows things twice as large.
         zoom: f64,
     },
+    /// Along an axis of the volume, before its whole box, along parallel rays.
+    ///
+    /// Of the two other axes x comes before y and y before z. Columns of the picture, from the left, are voxels along the first of them, rows, from
+    /// the top, voxels along the second: looking along z a pixel's column and row are x and y. Seen from the other side, `backwards`, the picture is turned about its
+    /// vertical: columns run from the last voxel to the first. This is so whatever the axes are in the world; where those of the volume are left-handed, and for `axis` 1
+    /// where they are right-handed, the picture shows the world in a mirror.
+    ///
+    /// Unless the projection gives a height, the voxels just fit: a picture of as many columns and rows as there are voxels, equally far apart, has one at each pixel.
+    Along {
+        /// The axis: 0 for x, 1 for y, 2 for z, in index space.
+        axis: usize,
+        /// False looks towards higher indices, so that the first voxel is the nearest; true towards lower ones.
+        backwards: bool,
+    },
 }
 
 /// A camera as a scene describes it; [`Camera::resolve`] makes it concrete for one box.
@@ -100,6 +114,14 @@ impl Camera {
                     }
                 }
                 frame(eye, target, up)?;
+            }
+            Placement::Along { axis, .. } => {
+                if axis > 2 {
+                    return Err(Error::invalid(format!("camera along: axis {axis}: there are 0, 1 and 2")));
+                }
+                if matches!(projection, Projection::Perspective { .. }) {
+                    return Err(Error::invalid("camera along: looks along parallel rays; choose the orthographic projection"));
+                }
             }
             Placement::Orbit { azimuth, elevation, roll, zoom } => {
                 for (name, v) in [("azimuth", azimuth), ("elevation", elevation), ("roll", roll)] {
@@ -176,6 +198,7 @@ impl Camera {
     pub fn resolve(&self, grid: &Grid, width: u32, height: u32) -> Result<View> {
         let (center, radius) = (grid.center(), grid.radius());
         let (eye, target, up, zoom) = match self.placement {
+            Placement::Along { axis, backwards } => return self.along(grid, (axis, backwards), (width, height)),
             Placement::LookAt { eye, target, up } => (eye, target, up, 1.0),
             Placement::Orbit { azimuth, elevation, roll, zoom } => {
                 let (front, up) = grid.space().front_and_up();
@@ -206,13 +229,43 @@ impl Camera {
         // Without a near plane of the scene's own: nothing behind an orthographic eye, and next to nothing before a perspective one.
         let near = self.near.unwrap_or(if perspective { far.abs() * 1e-6 } else { 0.0 });
         let scale = 2.0 * half_height / f64::from(height);
+        View { eye, right, up, forward, perspective, scale, near, width, height }.checked(far)
+    }
+
+    /// The view along an axis of `grid`: see [`Placement::Along`].
+    fn along(&self, grid: &Grid, (axis, backwards): (usize, bool), (width, height): (u32, u32)) -> Result<View> {
+        let directions = grid.directions();
+        let [across, down] = [[1, 2], [0, 2], [0, 1]][axis];
+        let sign = if backwards { -1.0 } else { 1.0 };
+        let (forward, right, up) = (directions.col(axis) * sign, directions.col(across) * sign, -directions.col(down));
+        let askew = [forward.dot(right), forward.dot(up), right.dot(up)].into_iter().map(f64::abs).fold(0.0, f64::max);
+        if askew > 1e-6 {
+            return Err(Error::invalid("camera along: the volume's axes are not at right angles, so none is seen straight on"));
+        }
+        let (dims, spacing) = (grid.dims(), grid.spacing());
+        let per_pixel = |axis: usize, pixels: u32| dims[axis] as f64 * spacing[axis] / f64::from(pixels);
+        let fitted = per_pixel(across, width).max(per_pixel(down, height));
+        let scale = match self.projection {
+            Projection::Orthographic { height: Some(h) } => h / f64::from(height),
+            _ => fitted,
+        };
+        let eye = grid.center() - forward * (2.0 * grid.radius());
+        let near = self.near.unwrap_or(0.0);
+        View { eye, right, up, forward, perspective: false, scale, near, width, height }.checked(0.0)
+    }
+}
+
+impl View {
+    /// The view itself, if its numbers and the box's largest depth `far` can be computed with.
+    fn checked(self, far: f64) -> Result<Self> {
+        let Self { eye, scale, .. } = self;
         if !(scale > 0.0 && scale.is_finite() && eye.is_finite() && far.is_finite()) {
             return Err(Error::invalid(format!(
                 "camera: a picture {} world units high seen from {eye} cannot be computed",
-                2.0 * half_height
+                scale * f64::from(self.height)
             )));
         }
-        Ok(View { eye, right, up, forward, perspective, scale, near, width, height })
+        Ok(self)
     }
 }
 

@@ -448,6 +448,7 @@ impl Scene {
         if self.opengl.is_some() && self.jitter.is_some() {
             return Err(Error::invalid("slices jitter: the profile opengl draws flat slices"));
         }
+        self.algorithm.check_with(&self)?;
         let m = &self.method;
         if m.filter.is_cubic() && matches!(self.blend, Blend::Iso { .. } | Blend::Surfaces) {
             return Err(Error::invalid("render filter cubic: level surfaces (render blend iso) are those of linear interpolation"));

@@ -11,6 +11,7 @@
 //! equation dC/ds = -kappa C + q, and drives it to the ends of its numbers.
 
 mod advice;
+mod algorithms;
 mod balance;
 mod clock;
 mod cost;
@@ -32,7 +33,8 @@ mod transfer_plot;
 pub use methods::{METHODS, NamedMethod};
 pub use precision::{Options, Study, study};
 pub use record::{
-    Advice, Balance, Cost, GradientKind, HitKind, MethodRecord, Point, PreIntegration, Record, Setting, Shared, SlicesFor, StageTime,
+    Advice, AlgorithmRow, Balance, Cost, GradientKind, HitKind, MethodRecord, Point, PreIntegration, Record, Setting, Shared, SlicesFor,
+    StageTime,
 };
 
 pub use joint_plot::joint_histogram_png;

@@ -3,10 +3,10 @@
 use super::clock::Clock;
 use super::methods::{METHODS, NamedMethod};
 use super::record::{MethodRecord, Point, Record, Setting};
-use super::{advice, balance, cost, gradients, hits, stages};
+use super::{advice, algorithms, balance, cost, gradients, hits, stages};
 use crate::reference::metrics::{self, Displayed};
 use crate::reference::{ReferenceImage, Region, image};
-use crate::scene::{Accumulation, Blend, Filter, Slicing};
+use crate::scene::{Accumulation, Algorithm, Blend, Filter, Slicing};
 use crate::{Error, Picture, Renderer, Result, Scene, Settings, Volume};
 use rayon::ThreadPoolBuilder;
 use std::time::Instant;
@@ -14,7 +14,7 @@ use std::time::Instant;
 /// Seconds a study may take unless told.
 const BUDGET: f64 = 60.0;
 /// Parts of the budget that are gone when the reference is there, then that of the spline, the pictures, their SSIM and FLIP, their repetitions, the
-/// stages, the kinds of gradient, the kinds of hit, the threads, the sizes.
+/// stages, the kinds of gradient, the kinds of hit, the algorithms, the threads, the sizes.
 const REFERENCE: f64 = 0.15;
 const SPLINE: f64 = 0.22;
 const FIRST: f64 = 0.55;
@@ -23,6 +23,7 @@ const PICTURES: f64 = 0.8;
 const STAGES: f64 = 0.86;
 const GRADIENTS: f64 = 0.885;
 const HITS: f64 = 0.9;
+const ALGORITHMS: f64 = 0.905;
 const BALANCE: f64 = 0.91;
 const COSTS: f64 = 0.97;
 const MANY: u64 = Accumulation::MANY;
@@ -117,6 +118,12 @@ pub fn study(volume: &Volume, scene: &Scene, options: &Options) -> Result<Study>
     if scene.opengl().is_some() {
         return Err(Error::invalid("render profile opengl: a report is for the profile accurate, whose pictures have a limit"));
     }
+    if scene.algorithm() != Algorithm::Slices {
+        let name = scene.algorithm().name();
+        return Err(Error::invalid(format!(
+            "render algorithm {name}: a report compares ways to integrate slices, and draws the other algorithms beside them; choose slices"
+        )));
+    }
     if options.methods.is_empty() {
         return Err(Error::invalid("no methods to compare"));
     }
@@ -175,6 +182,8 @@ pub fn study(volume: &Volume, scene: &Scene, options: &Options) -> Result<Study>
     let gradients = gradients::measure(volume, &mut renderer, scene, slices, &clock, GRADIENTS)?;
     clock.now("hits")?;
     let hits = hits::measure(volume, &mut renderer, scene, slices, &clock, HITS)?;
+    clock.now("algorithms")?;
+    let algorithms = algorithms::measure(volume, &mut renderer, scene, slices, &clock, ALGORITHMS)?;
     clock.now("balance")?;
     let balance = balance::measure(volume, scene, &options.settings, slices, || clock.left(BALANCE))?;
     clock.now("sizes")?;
@@ -199,7 +208,8 @@ pub fn study(volume: &Volume, scene: &Scene, options: &Options) -> Result<Study>
         reference_seconds,
         version: env!("CARGO_PKG_VERSION").into(),
     };
-    let record = Record { setting, methods, points: found.points, stages, costs, gradients, hits, balance, advice, pre_integration };
+    let record =
+        Record { setting, methods, points: found.points, stages, costs, gradients, hits, algorithms, balance, advice, pre_integration };
     Ok(Study { record, reference: bench.reference.shown, pictures: found.pictures })
 }
 

@@ -20,6 +20,8 @@ pub struct Record {
     pub gradients: Vec<GradientKind>,
     /// What each kind of hit costs at several slice counts, where the scene draws level surfaces.
     pub hits: Vec<HitKind>,
+    /// What the other algorithms cost, where colours are blended over each other.
+    pub algorithms: Vec<AlgorithmRow>,
     /// How evenly a frame's work falls on threads.
     pub balance: Vec<Balance>,
     /// Which method to use for which error.
@@ -75,6 +77,26 @@ pub struct HitKind {
     pub mean_distance: Option<f64>,
     /// Largest of those distances, in thicknesses of a slab.
     pub max_distance: Option<f64>,
+}
+
+/// The scene by one algorithm, in few pixels, against the reference.
+#[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
+pub struct AlgorithmRow {
+    /// Its name in scene files, and what sets it apart.
+    pub algorithm: String,
+    /// Slices, steps of a ray, or the most voxels of any ray.
+    pub samples: u64,
+    /// Seconds of a frame, the shortest of several.
+    pub seconds: f64,
+    /// Voxel lookups.
+    pub fetches: u64,
+    /// Root of the mean squared error of red, green and blue over black.
+    pub rms: f64,
+    /// Largest error.
+    pub max: f64,
+    /// Pixels of the reference.
+    pub reference_pixels: usize,
 }
 
 /// How evenly a frame's tiles fall on threads.

@@ -2,10 +2,10 @@
 
 use glam::{DMat3, DMat4, DQuat, DVec3, DVec4};
 use slicestack::scene::{
-    Accumulation, AlphaTest, Arithmetic, Blend, BlendFunction, Camera, Classification, ClipPlane, Compare, Ends, Environment, Equation,
-    Factor, Filter, Fog, FogDistance, FogEvaluation, FogMode, FogWeighting, Gradient, Hit, LevelSurface, Light, LightSource, Lighting,
-    Method, OpenGl, Order, Placement, Projection, Region, SampleAt, Scissor, Shading, Shape, SlabForm, Slicing, Straight, Target,
-    Transfer2d, TransferFunction, Wrap,
+    Accumulation, Algorithm, AlphaTest, Arithmetic, Blend, BlendFunction, Camera, Classification, ClipPlane, Compare, Connectivity, Ends,
+    Environment, Equation, Factor, Filter, Fog, FogDistance, FogEvaluation, FogMode, FogWeighting, Gradient, Hit, LevelSurface, Light,
+    LightSource, Lighting, Method, OpenGl, Order, Placement, Projection, Region, SampleAt, Scissor, Shading, Shape, SlabForm, Slicing,
+    Straight, Target, TemplatePlane, Transfer2d, TransferFunction, Wrap,
 };
 use slicestack::volume::phantom::Phantom;
 use slicestack::volume::{BoxConvention, Grid, VoxelType, Voxels};
@@ -312,7 +312,52 @@ pub(crate) fn samples() -> Vec<Sample> {
     });
     opengl(&mut list);
     lit(&mut list);
+    cast(&mut list);
     list
+}
+
+/// The algorithms that go ray by ray.
+fn cast(list: &mut Vec<Sample>) {
+    let mut add = |name, volume: Volume, scene: Scene, algorithm| {
+        list.push(Sample { name, volume, scene: scene.with_algorithm(algorithm).unwrap() });
+    };
+    let s = || scene((48, 40), 40);
+    let (parallel, wide) = (|| looked(s(), 30.0, 20.0, 0.0, 1.3, PARALLEL), || looked(s(), 30.0, 20.0, 0.0, 1.3, WIDE));
+    let along = |axis, backwards| s().with_camera(Camera::new(Placement::Along { axis, backwards }, PARALLEL).unwrap());
+    let nearest = |s: Scene| s.with_method(Method::default().with_filter(Filter::Nearest)).unwrap().with_transfer(soft());
+    let light = || Some(Lighting::default());
+    let fog = |s| foggy(s, FogMode::Exp2 { density: 0.02 }, FogDistance::Radial, FogWeighting::Alpha);
+    add("rays", head(), fog(wide()).with_lighting(light()).unwrap(), Algorithm::Rays);
+    add("rays-parallel-16", cloud(20, VoxelType::U16), parallel().with_transfer(soft()), Algorithm::Rays);
+    add("rays-mip", head(), wide().with_transfer(strong()).with_blend(Blend::Mip).unwrap(), Algorithm::Rays);
+    let surfaces =
+        vec![LevelSurface::new(0.4, Some([1.0, 0.3, 0.2]), 0.4).unwrap(), LevelSurface::new(0.6, Some([0.2, 0.4, 1.0]), 1.0).unwrap()];
+    add(
+        "rays-surfaces",
+        Phantom::MarschnerLobb.volume(32).unwrap(),
+        wide().with_levels(surfaces).unwrap().with_lighting(light()).unwrap(),
+        Algorithm::Rays,
+    );
+    add("traversal-6", cloud(20, VoxelType::U8), nearest(wide()), Algorithm::Traversal(Connectivity::Six));
+    add("traversal-18", head(), parallel(), Algorithm::Traversal(Connectivity::Eighteen));
+    add("traversal-26", cloud(20, VoxelType::I8), nearest(parallel()), Algorithm::Traversal(Connectivity::TwentySix));
+    add("template", cloud(20, VoxelType::U8), nearest(parallel()), Algorithm::Template(TemplatePlane::Base));
+    add("template-image-plane", cloud(20, VoxelType::U8), nearest(parallel()), Algorithm::Template(TemplatePlane::Image));
+    add("object-slices", head(), wide(), Algorithm::ObjectSlices { spacing_correction: true });
+    add("object-slices-uncorrected", head(), wide(), Algorithm::ObjectSlices { spacing_correction: false });
+    add("grid", head(), along(1, false).with_size(24, 24).unwrap().with_lighting(light()).unwrap(), Algorithm::Grid);
+    let depth = |s: Scene| {
+        let mut cue = Lighting::default();
+        cue.shading = Shading::Depth;
+        s.with_lighting(Some(cue)).unwrap()
+    };
+    add(
+        "grid-depth",
+        head(),
+        depth(along(2, true).with_size(24, 24).unwrap().with_blend(Blend::Iso { level: 0.3 }).unwrap().with_hit(Hit::FirstSample)),
+        Algorithm::Grid,
+    );
+    add("coin-flips", head(), wide(), Algorithm::CoinFlips { games: 64, seed: 7 });
 }
 
 /// OpenGL's fixed functions.

@@ -30,6 +30,9 @@ pub(super) struct CameraKeys {
     /// Orbit form: what fits into the picture at zoom 1: what the transfer function shows, through the clip planes (visible, the default), or the
     /// box's bounding sphere, about whose centre the camera turns then (box; its zoom is 1.2 unless given, or as much as shows all of a long box).
     pub fit: Option<FitKey>,
+    /// Along an axis of the volume, towards higher indices (x, y, z) or lower ones (-x, -y, -z), instead of the other forms: columns of the picture are voxels along the first of the
+    /// two other axes, rows, from the top, along the second; from the other side columns run backwards.
+    pub along: Option<AlongKey>,
     /// Orthographic: world height of the view; fitted to the box unless given.
     pub height: Option<f64>,
     /// Perspective: full vertical angle of the view in degrees; 30 unless given.
@@ -46,9 +49,46 @@ choices! {
     FitKey { Visible, Box }
 }
 
+/// An axis of the volume, and the way along it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+pub(super) enum AlongKey {
+    #[serde(rename = "x")]
+    X,
+    #[serde(rename = "-x")]
+    MinusX,
+    #[serde(rename = "y")]
+    Y,
+    #[serde(rename = "-y")]
+    MinusY,
+    #[serde(rename = "z")]
+    Z,
+    #[serde(rename = "-z")]
+    MinusZ,
+}
+
+impl AlongKey {
+    const ALL: [Self; 6] = [Self::X, Self::MinusX, Self::Y, Self::MinusY, Self::Z, Self::MinusZ];
+
+    /// The axis, and whether it is followed backwards.
+    fn axis(self) -> (usize, bool) {
+        match self {
+            Self::X => (0, false),
+            Self::MinusX => (0, true),
+            Self::Y => (1, false),
+            Self::MinusY => (1, true),
+            Self::Z => (2, false),
+            Self::MinusZ => (2, true),
+        }
+    }
+}
+
 pub(super) const RIVALS: &[Rivals] = &[
-    (&["camera.eye"], &["camera.azimuth", "camera.elevation", "camera.roll", "camera.zoom", "camera.fit"]),
-    (&["camera.azimuth", "camera.elevation"], &["camera.eye", "camera.target", "camera.up"]),
+    (&["camera.eye"], &["camera.azimuth", "camera.elevation", "camera.roll", "camera.zoom", "camera.fit", "camera.along"]),
+    (&["camera.azimuth", "camera.elevation"], &["camera.eye", "camera.target", "camera.up", "camera.along"]),
+    (
+        &["camera.along"],
+        &["camera.eye", "camera.target", "camera.up", "camera.azimuth", "camera.elevation", "camera.roll", "camera.zoom", "camera.fit"],
+    ),
     (&["camera.height"], &["camera.fov_y"]),
     (&["camera.fov_y"], &["camera.height"]),
 ];
@@ -63,6 +103,11 @@ impl CameraKeys {
         let (eye, target, up, orbit) = match camera.placement() {
             Placement::LookAt { eye, target, up } => (Some(eye), Some(target), Some(up), None),
             Placement::Orbit { azimuth, elevation, roll, zoom } => (None, None, None, Some([azimuth, elevation, roll, zoom])),
+            Placement::Along { .. } => (None, None, None, None),
+        };
+        let along = match camera.placement() {
+            Placement::Along { axis, backwards } => AlongKey::ALL.into_iter().find(|key| key.axis() == (axis, backwards)),
+            _ => None,
         };
         Self {
             projection: Some(projection),
@@ -75,6 +120,7 @@ impl CameraKeys {
             zoom: orbit.map(|o| o[3]),
             // Scenes hold what a camera came to: its zoom is that of the box.
             fit: orbit.map(|_| FitKey::Box),
+            along,
             height,
             fov_y,
             near: camera.near(),
@@ -103,7 +149,7 @@ impl CameraKeys {
         let camera = self.camera(cx, volume.grid(), scene.size())?;
         let scene = scene.with_camera(camera);
         // The near plane is told in depths of the camera about the box.
-        let visible = self.eye.is_none() && self.fit != Some(FitKey::Box) && self.near.is_none();
+        let visible = self.eye.is_none() && self.along.is_none() && self.fit != Some(FitKey::Box) && self.near.is_none();
         Ok(if visible { scene.framed(volume, self.zoom()) } else { scene })
     }
 
@@ -144,6 +190,11 @@ impl CameraKeys {
 
     /// Refuses keys of the orbit form beside an eye.
     fn refuse_mixed(&self, cx: &Context<'_>) -> Result<()> {
+        self.refuse_orbit(cx, "mixes the orbit form (azimuth, elevation, roll, zoom, fit) with the look-at form (eye, target, up)")
+    }
+
+    /// Refuses keys of the orbit form, for the reason `why`.
+    fn refuse_orbit(&self, cx: &Context<'_>, why: &str) -> Result<()> {
         let orbit: [Given; 5] = [
             ("camera.fit", self.fit.is_some()),
             ("camera.azimuth", self.azimuth.is_some()),
@@ -151,10 +202,17 @@ impl CameraKeys {
             ("camera.roll", self.roll.is_some()),
             ("camera.zoom", self.zoom.is_some()),
         ];
-        cx.refuse(&orbit, "mixes the orbit form (azimuth, elevation, roll, zoom, fit) with the look-at form (eye, target, up)")
+        cx.refuse(&orbit, why)
     }
 
     fn placement(&self, cx: &Context<'_>, grid: &Grid) -> Result<Placement> {
+        if let Some(along) = self.along {
+            let look = [("camera.eye", self.eye.is_some()), ("camera.target", self.target.is_some()), ("camera.up", self.up.is_some())];
+            cx.refuse(&look, "camera.along looks along an axis; give one of them")?;
+            self.refuse_orbit(cx, "camera.along looks along an axis; give one of them")?;
+            let (axis, backwards) = along.axis();
+            return Ok(Placement::Along { axis, backwards });
+        }
         let Some(eye) = self.eye else {
             let look = [("camera.target", self.target.is_some()), ("camera.up", self.up.is_some())];
             cx.refuse(&look, "belongs to the look-at form, which needs camera.eye")?;

@@ -209,6 +209,7 @@ impl SceneFile {
         let ready = d.transfer.finish(&cx, &mut data)?.filter(|_| !d.transfer2d.given());
         d.render.finish(&mut data)?;
         data.scene = d.camera.apply(&cx, data.scene, volume)?;
+        d.image.finish(&mut data)?;
         if ready.is_some() {
             data.scene = d.light.apply(&d.lights, ready, &cx, data.scene)?;
             if data.scene.lighting().is_none()

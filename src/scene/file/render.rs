@@ -221,14 +221,15 @@ impl RenderKeys {
         let merge = scene.method().merge;
         cx.refuse(&[("slices.merge", merge && kind != BlendKey::Over)], "is for render.blend = \"over\" alone")?;
         let scene = scene.with_linear_light(self.linear_light == Some(true))?.with_hit(self.hit.map_or(Hit::Refined, Hit::from));
-        let scene = scene.with_algorithm(self.algorithm(cx)?)?;
+        let algorithm = self.algorithm(cx)?;
         if let Some(levels) = &self.levels {
             let each = |(i, l): (usize, &LevelKeys)| {
                 LevelSurface::new(l.level, l.color, l.opacity).map_err(|e| cx.error(&format!("render.levels[{i}]"), e.to_string()))
             };
-            return scene.with_levels(levels.iter().enumerate().map(each).collect::<Result<_>>()?);
+            let scene = scene.with_levels(levels.iter().enumerate().map(each).collect::<Result<_>>()?)?;
+            return scene.with_algorithm(algorithm);
         }
-        scene.with_blend(match kind {
+        let scene = scene.with_blend(match kind {
             BlendKey::Over => Blend::Over,
             BlendKey::Mip => Blend::Mip,
             BlendKey::Min => Blend::Min,
@@ -238,7 +239,9 @@ impl RenderKeys {
             BlendKey::Lmip => Blend::Lmip { threshold: self.threshold.unwrap_or(f64::MIN) },
             // Without a level of its own the surface is placed by `finish`, when the data is known.
             BlendKey::Iso => Blend::Iso { level: self.level.unwrap_or(0.0) },
-        })
+        })?;
+        // Last: what an algorithm does not have may depend on the blend.
+        scene.with_algorithm(algorithm)
     }
 
     /// A surface without a level, and maxima without a threshold, are taken where the data splits into background and object.

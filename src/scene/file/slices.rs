@@ -16,7 +16,7 @@ const MOST_USUAL: f64 = 4096.0;
 #[serde(deny_unknown_fields, default)]
 pub(super) struct SliceKeys {
     /// Number of slices through the box's depth. Unless count, spacing or tolerance is given: a tolerance of 0.004, one of 256 levels, where colours are
-    /// blended; a spacing of half a voxel for projections and surfaces; 256 in the profile opengl.
+    /// blended; a spacing of half a voxel for projections and surfaces, and for algorithms that go ray by ray; 256 in the profile opengl.
     pub count: Option<u64>,
     /// Distance of slices, world units, instead of their number.
     pub spacing: Option<f64>,
@@ -128,14 +128,25 @@ impl SliceKeys {
             let scene = data.scene.clone();
             let tolerant =
                 matches!(scene.blend(), Blend::Over | Blend::Add).then(|| scene.clone().with_slices(Slicing::Tolerance(USUAL_TOLERANCE)));
+            let cast = scene.algorithm().is_cast();
             data.scene = match tolerant {
                 Some(Ok(scene)) => scene,
                 _ => {
                     let grid = data.volume.grid();
                     let spacing = (0.5 * grid.smallest_spacing()).max(2.0 * grid.radius() / MOST_USUAL);
+                    let name = scene.algorithm().name();
+                    if cast && scene.algorithm().has_steps() {
+                        data.notes.push(format!(
+                            "samples lie {spacing} world units apart, at half a voxel: render.algorithm = \"{name}\" does not choose them for an error"
+                        ));
+                    }
                     scene.with_slices(Slicing::Spacing(spacing))?
                 }
             };
+        } else if self.says_slices() && !data.scene.algorithm().has_steps() {
+            let key = if self.count.is_some() { "slices.count" } else { "slices.spacing" };
+            let name = data.scene.algorithm().name();
+            data.notes.push(format!("{key} is not heeded: render.algorithm = \"{name}\" goes from voxel to voxel"));
         }
         if self.merge == Some(false) && self.tolerance.is_some() {
             data.warnings.push("slices.merge = false is not heeded: to a tolerance slabs are merged where that will do".to_owned());

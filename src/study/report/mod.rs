@@ -1,5 +1,6 @@
 //! A study as files: page, numbers, plots, pictures.
 
+mod algorithms;
 mod charts;
 mod hits;
 mod page;

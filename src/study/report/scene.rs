@@ -6,7 +6,7 @@ use super::super::precision::Study;
 use super::super::record::{Advice, Balance, GradientKind, MethodRecord, Point, Record, Shared};
 use super::page::{Cell, page, table};
 use super::pictures::{difference, png};
-use super::{File, Plot, charts, error, hits, or_dash, time};
+use super::{File, Plot, algorithms, charts, error, hits, or_dash, time};
 use crate::Result;
 use crate::reference::metrics;
 use base64::Engine;
@@ -28,6 +28,7 @@ pub fn scene_files(study: &Study) -> Result<Vec<File>> {
         File::csv("advice.csv", &record.advice)?,
         File::csv("gradients.csv", &record.gradients)?,
         File::csv("hits.csv", &record.hits)?,
+        File::csv("algorithms.csv", &record.algorithms)?,
         File::text("table.md", markdown(record)),
     ];
     let plots = plots(record);
@@ -251,6 +252,7 @@ fn html(record: &Record, plots: &[(&str, Plot, String)], pictures: &[Shown]) -> 
     body += &figure("stages");
     body += &gradients_table(&record.gradients);
     body += &hits::section(&record.hits);
+    body += &algorithms::section(&record.algorithms);
     body += &balance_table(&record.balance);
     body += "<h2>Reference, rendering, difference</h2>\n<div class=\"pictures\">\n";
     for p in pictures {
