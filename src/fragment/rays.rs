@@ -67,13 +67,14 @@ impl<'v, const FAR: bool> Kernel<Frame<'v>, Batch> for TexcoordRays<FAR> {
         for axis in 0..3 {
             let (zero, last) = (L::splat_d(0.0), L::splat_d(rays.last[axis]));
             let (mut least, mut most) = (last, zero);
-            for_rows!(rows, r => {
+            // Of all rows: the base voxel, and with it rounding, must not depend on which pixels still take light.
+            for r in 0..SIDE {
                 let (start, step) = (L::load_d(row(&rays.start[axis], r)), L::load_d(row(&rays.step[axis], r)));
                 // Clamp to edge.
                 let u = L::min_d(L::max_d(L::add_d(start, L::mul_d(slice, step)), zero), last);
                 (least, most) = (L::min_d(u, least), L::max_d(u, most));
                 L::store_d(u, row_mut(&mut rays.at[axis], r));
-            });
+            }
             let (mut from, mut to) = ([0.0; SIDE], [0.0; SIDE]);
             L::store_d(least, &mut from);
             L::store_d(most, &mut to);
