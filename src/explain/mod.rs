@@ -317,7 +317,8 @@ fn steady(renderer: &mut Renderer, scene: &Scene, pixel: Option<(u32, u32)>) -> 
         return Err(Error::invalid("render filter cubic: a page shows a cell of eight voxels, the spline mixes 64; choose linear"));
     }
     if scene.algorithm() != Algorithm::Slices || scene.jitter().is_some() {
-        let what = if scene.jitter().is_some() { "slices jitter".to_owned() } else { format!("render algorithm {}", scene.algorithm().name()) };
+        let what =
+            if scene.jitter().is_some() { "slices jitter".to_owned() } else { format!("render algorithm {}", scene.algorithm().name()) };
         return Err(Error::invalid(format!("{what}: a page shows flat slices, at one depth for all pixels; choose slices without jitter")));
     }
     if !scene.cuts().is_empty() {

@@ -79,7 +79,11 @@ pub(crate) fn planned(scene: &Scene, volume: &Volume, needs: &Needs, loads: Opti
     if scene.cuts().is_empty() {
         add("cut planes", "the scene has none", Saving::Unknown);
     }
-    let why = if needs.along_rays { "texture coordinates are affine along a ray" } else { "texture coordinates are affine on a view-aligned slice" };
+    let why = if needs.along_rays {
+        "texture coordinates are affine along a ray"
+    } else {
+        "texture coordinates are affine on a view-aligned slice"
+    };
     add("division by q", why, lanes("divisions"));
     if surfaces {
         add("classification per fragment", "surfaces have colours of their own", lanes("lanes"));

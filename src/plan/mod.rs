@@ -103,7 +103,8 @@ impl<'v> FramePlan<'v> {
         let Subject { scene, volume, data, stack, terminate, detail, level, observed, domain } = subject;
         let steps = RaySteps::of(scene, volume.grid(), &stack);
         let thickness = steps.map_or(stack.spacing, |steps| steps.thickness(&stack));
-        let mut needs = Needs::new(scene, &stack, steps.as_ref(), data.bricks.non_finite > 0, terminate).with_values(scene, volume, data.bricks.range);
+        let mut needs =
+            Needs::new(scene, &stack, steps.as_ref(), data.bricks.non_finite > 0, terminate).with_values(scene, volume, data.bricks.range);
         let lookup = needs.lookup(volume, data.packed.is_some(), &data.scaling);
         let ratio = if stack.is_empty() { 1.0 } else { thickness / scene.opacity_length(domain.map_or(volume.grid(), Domain::whole)) };
         let measure = if needs.optical_depth { Measure::OpticalDepth } else { Measure::Opacity };

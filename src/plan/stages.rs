@@ -110,9 +110,7 @@ impl Kernels<'_> {
             StageId::Classify => shades.then(|| self.classify()),
             // Where opacity depends on the gradient that stage knows the length too.
             StageId::Correct if shades && self.has_pieces(of) => Some(level.kernel::<CorrectPieces, _, _>()),
-            StageId::Correct => {
-                (shades && !self.needs.optical_depth && (of != For::Whole || self.needs.slanted)).then(|| self.correct())
-            }
+            StageId::Correct => (shades && !self.needs.optical_depth && (of != For::Whole || self.needs.slanted)).then(|| self.correct()),
             StageId::Mask => (shades && (of != For::Whole || self.needs.guard)).then(|| level.kernel::<MaskStage, _, _>()),
             StageId::Blend => (of != For::Keep).then(|| self.blend()),
             // Runs before the lists.

@@ -12,8 +12,8 @@ use crate::lanes::{BATCH, Level, SIDE};
 use crate::lean::LEAN;
 use crate::plan::EndPieces;
 use crate::proxy::Stack;
-pub(crate) use path::Path;
 use ends::{Crossings, RayEnds, RaySpans};
+pub(crate) use path::Path;
 
 /// A half-space prepared for a frame.
 #[derive(Debug, Clone, Copy)]
@@ -66,7 +66,8 @@ pub(crate) struct BlockRange {
 }
 
 impl BlockRange {
-    pub(crate) const NONE: Self = Self { any: (1, 0), whole: (1, 0), last_first: i64::MIN, fragments: 0, corners: 0, lasts: 0, settled: true };
+    pub(crate) const NONE: Self =
+        Self { any: (1, 0), whole: (1, 0), last_first: i64::MIN, fragments: 0, corners: 0, lasts: 0, settled: true };
 }
 
 impl<'s> RayIntervals<'s> {

@@ -175,7 +175,9 @@ impl Renderer {
             return Err(Error::invalid("render blend: parts of a volume combine by \"over\" alone"));
         }
         if scene.algorithm() == Algorithm::Shells || scene.jitter().is_some() {
-            return Err(Error::invalid("a part of a volume: its fragments lie on the flat slices of the whole; choose slices without jitter"));
+            return Err(Error::invalid(
+                "a part of a volume: its fragments lie on the flat slices of the whole; choose slices without jitter",
+            ));
         }
         if !scene.cuts().is_empty() {
             return Err(Error::invalid("cut: a part of a volume does not know which planes rays meet in other parts"));

@@ -506,13 +506,17 @@ impl Scene {
         if shells || self.jitter.is_some() {
             let what = if shells { "render algorithm shells" } else { "slices jitter" };
             if m.is_pre_integrated() {
-                return Err(Error::invalid(format!("{what}: pre-integrated slabs end at flat slices, whose values they keep; choose post")));
+                return Err(Error::invalid(format!(
+                    "{what}: pre-integrated slabs end at flat slices, whose values they keep; choose post"
+                )));
             }
             if m.merge {
                 return Err(Error::invalid(format!("{what}: slabs merge (slices.merge) between flat slices alone")));
             }
             if surfaces {
-                return Err(Error::invalid(format!("{what}: level surfaces are met between two flat slices; choose slices without jitter")));
+                return Err(Error::invalid(format!(
+                    "{what}: level surfaces are met between two flat slices; choose slices without jitter"
+                )));
             }
         }
         if self.cuts.is_empty() {

@@ -6,8 +6,8 @@ use glam::DVec3;
 use slicestack::picture::Aov;
 use slicestack::reference::{Integrator, Region, image};
 use slicestack::scene::{
-    Algorithm, Blend, Camera, Classification, ClipPlane, ColorMap, CutPlane, Fog, FogDistance, FogMode, Method, Order, Placement, Projection,
-    Slicing, TransferFunction,
+    Algorithm, Blend, Camera, Classification, ClipPlane, ColorMap, CutPlane, Fog, FogDistance, FogMode, Method, Order, Placement,
+    Projection, Slicing, TransferFunction,
 };
 use slicestack::volume::{BoxConvention, Grid, Voxels};
 use slicestack::{Renderer, Scene, Settings, Volume};
@@ -55,10 +55,9 @@ fn a_plane_of_voxels_shows_exactly_their_colors() {
 
 #[test]
 fn pictures_are_those_of_the_reference() {
-    let volume = spread(
-        Grid::with_spacing([26, 24, 22], [1.0, 0.9, 1.2]).unwrap(),
-        &|[x, y, z]| 0.5 + 0.3 * (1.5 * x + 0.4).sin() * (1.2 * y - z).cos(),
-    );
+    let volume = spread(Grid::with_spacing([26, 24, 22], [1.0, 0.9, 1.2]).unwrap(), &|[x, y, z]| {
+        0.5 + 0.3 * (1.5 * x + 0.4).sin() * (1.2 * y - z).cos()
+    });
     let planes: Vec<CutPlane> = three(&volume).into_iter().map(|p| p.with_window(2048.0, 4096.0).unwrap()).collect();
     let fog = |distance| Some(Fog::new(FogMode::Exp { density: 0.02 }, [0.7, 0.8, 0.9]).unwrap().with_distance(distance));
     let clip = vec![ClipPlane::new(DVec3::new(-1.0, 0.2, 0.4), -12.0).unwrap()];
@@ -71,7 +70,12 @@ fn pictures_are_those_of_the_reference() {
     ] {
         let scene = Scene::new(smooth_transfer(0.01)).with_opacity_unit(4.0).unwrap().with_camera(camera).with_terminate(0.0).unwrap();
         let scene = scene.with_size(26, 22).unwrap().with_fog(haze).with_clip_planes(clip).unwrap().with_cuts(planes.clone()).unwrap();
-        for scene in [scene.clone(), scene.clone().with_order(Order::BackToFront), scene.clone().with_algorithm(Algorithm::Shells).unwrap(), scene.with_linear_light(true).unwrap()] {
+        for scene in [
+            scene.clone(),
+            scene.clone().with_order(Order::BackToFront),
+            scene.clone().with_algorithm(Algorithm::Shells).unwrap(),
+            scene.with_linear_light(true).unwrap(),
+        ] {
             let errors = errors(&volume, &scene, &counts);
             let order = order(&counts, &errors);
             assert!(errors[2] < 1e-4 && order > 1.6, "{camera:?} {haze:?}: order {order:.2}, {errors:?}");
@@ -187,7 +191,9 @@ fn a_tolerance_and_planes_beside_the_picture_go_with_cuts() {
 #[test]
 fn work_beside_planes_adds_up() {
     let volume = field([24, 22, 20]);
-    for (camera, end) in [(orbit(30.0, 20.0, 1.2, PARALLEL), 0.0), (orbit(0.0, 0.0, 1.0, PARALLEL), 0.2), (orbit(200.0, -40.0, 1.1, WIDE), 0.2)] {
+    for (camera, end) in
+        [(orbit(30.0, 20.0, 1.2, PARALLEL), 0.0), (orbit(0.0, 0.0, 1.0, PARALLEL), 0.2), (orbit(200.0, -40.0, 1.1, WIDE), 0.2)]
+    {
         for cuts in [three(&volume), Vec::new()] {
             for jitter in [None, Some(3)] {
                 let scene = Scene::new(telling(0.0, 1.0)).with_camera(camera).with_size(45, 38).unwrap().with_terminate(end).unwrap();

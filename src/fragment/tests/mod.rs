@@ -80,16 +80,16 @@ fn twins(id: StageId) -> &'static [fn()] {
         ],
         StageId::Optional(OptionalStage::GradientOpacity) => &[gradient::opacity],
         StageId::Optional(OptionalStage::Transfer2d) => &[transfer2d::regions, transfer2d::tables],
-        StageId::Optional(OptionalStage::Light) => {
-            &[
-                light::shades,
-                light::shades_at_depths_of_their_own,
-                light::shades_along_rays,
-                light::darkness_by_depth,
-                light::special_lights,
-            ]
+        StageId::Optional(OptionalStage::Light) => &[
+            light::shades,
+            light::shades_at_depths_of_their_own,
+            light::shades_along_rays,
+            light::darkness_by_depth,
+            light::special_lights,
+        ],
+        StageId::Optional(OptionalStage::Fog) => {
+            &[shade::fog_of_a_slice, shade::fog_by_distance, shade::fog_of_each_fragment, shade::fog_along_rays]
         }
-        StageId::Optional(OptionalStage::Fog) => &[shade::fog_of_a_slice, shade::fog_by_distance, shade::fog_of_each_fragment, shade::fog_along_rays],
         StageId::Mask => &[shade::mask],
         StageId::Blend => &[
             blend::front_to_back,

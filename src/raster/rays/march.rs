@@ -81,8 +81,7 @@ impl<'m, 'f, 'v, W: Observer> RayMarch<'m, 'f, 'v, W> {
     fn shows(&self, from: i64, to: i64) -> bool {
         let Some(skip_table) = self.work.skip_table.filter(|table| !table.all) else { return true };
         let at = |k: i64| k as f64 + 0.5 + self.work.sample;
-        let (low, high) =
-            self.transform.bounds(self.near.0 + at(from) * self.spacing.0, self.near.1 + at(to - 1) * self.spacing.1);
+        let (low, high) = self.transform.bounds(self.near.0 + at(from) * self.spacing.0, self.near.1 + at(to - 1) * self.spacing.1);
         skip_table.class(low, high) != 0
     }
 

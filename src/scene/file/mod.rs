@@ -241,7 +241,11 @@ impl SceneFile {
         if min == max && volume.statistics().non_finite == 0 {
             warnings.push(format!("every voxel is {min}: the picture shows the box and nothing in it"));
         }
-        if matches!(scene.blend(), Blend::Over | Blend::Add) && scene.transfer2d().is_none() && scene.cuts().is_empty() && !scene.transfer().opaque_within(min, max) {
+        if matches!(scene.blend(), Blend::Over | Blend::Add)
+            && scene.transfer2d().is_none()
+            && scene.cuts().is_empty()
+            && !scene.transfer().opaque_within(min, max)
+        {
             warnings.push(format!("the picture is empty: the transfer function is transparent from {min} to {max}, all the data has"));
         }
         Ok(ResolvedScene { scene, warnings, notes })
