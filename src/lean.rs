@@ -3,7 +3,7 @@
 //! Such a build has no fog, no clip planes, no slabs between slices and no check for voxels that are NaN, neither as stages nor
 //! as questions asked on the way; it refuses scenes that want them. It is for `.ci/instructions.py` and for nobody else.
 
-use crate::scene::{OptionalStage, Scene};
+use crate::scene::{Algorithm, OptionalStage, Scene};
 use crate::{Error, Result};
 
 /// Whether this is such a build.
@@ -19,6 +19,9 @@ pub(crate) fn extra<T>(part: Option<T>) -> Option<T> {
 pub(crate) fn check(scene: &Scene, non_finite: usize) -> Result<()> {
     let plain = OptionalStage::wanted(scene).next().is_none()
         && scene.clip_planes().is_empty()
+        && scene.cuts().is_empty()
+        && scene.jitter().is_none()
+        && scene.algorithm() == Algorithm::Slices
         && !scene.method().is_pre_integrated()
         && !scene.method().merge
         && scene.surfaces().is_none()

@@ -7,11 +7,11 @@ mod scenes;
 use glam::{DMat4, DVec3, DVec4};
 use proptest::prelude::*;
 use slicestack::scene::{
-    Accumulation, Algorithm, AlphaTest, Annotations, Arithmetic, Blend, BlendFunction, Camera, Classification, ClipPlane, Compare,
-    Connectivity, Ends, Environment, Equation, Factor, Filter, Fog, FogDistance, FogEvaluation, FogMode, FogWeighting, Gradient, Hit,
-    LevelSurface, Light, LightSource, Lighting, Method, OpenGl, Order, Overrides, Placement, Projection, Region, SampleAt, SceneFile,
-    SceneFormat, Scissor, Shading, Shape, SlabForm, Slicing, Straight, TableColors, Target, TemplatePlane, TextureFormat, Transfer2d,
-    TransferFunction, Wrap, keys, write_scene,
+    Accumulation, Algorithm, AlphaTest, Annotations, Arithmetic, Blend, BlendFunction, Camera, Classification, ClipPlane, ColorMap,
+    Compare, Connectivity, CutPlane, Ends, Environment, Equation, Factor, Filter, Fog, FogDistance, FogEvaluation, FogMode, FogWeighting,
+    Gradient, Hit, LevelSurface, Light, LightSource, Lighting, Method, OpenGl, Order, Overrides, Placement, Projection, Region, SampleAt,
+    SceneFile, SceneFormat, Scissor, Shading, Shape, SlabForm, Slicing, Straight, TableColors, Target, TemplatePlane, TextureFormat,
+    Transfer2d, TransferFunction, Wrap, keys, write_scene,
 };
 use slicestack::volume::io::{Choice, Endian, RawSpec};
 use slicestack::volume::phantom::Phantom;
@@ -216,6 +216,11 @@ fn algorithm(dice: &mut Dice) -> Algorithm {
     }
 }
 
+fn cut_plane(dice: &mut Dice) -> CutPlane {
+    let plane = CutPlane::new(dice.point(), dice.number()).unwrap().with_colors(dice.pick(&ColorMap::ALL));
+    if dice.flip() { plane.with_window(dice.number(), dice.positive()).unwrap_or(plane) } else { plane }
+}
+
 fn method(dice: &mut Dice) -> Method {
     const CLASSIFICATIONS: [Classification; 4] =
         [Classification::Post, Classification::Pre, Classification::PreIntegrated, Classification::SecondOrder];
@@ -322,6 +327,10 @@ fn random(seed: u64) -> Scene {
     if dice.below(4) == 0 {
         let seed = dice.next() as u32;
         s = tried(s, |s| s.with_jitter(Some(seed)));
+    }
+    if dice.below(3) == 0 {
+        let planes = (0..1 + dice.below(6)).map(|_| cut_plane(dice)).collect();
+        s = tried(s, |s| s.with_cuts(planes));
     }
     if s.check().is_ok() { s } else { s.with_transfer(TransferFunction::new(vec![(0.5, [1.0; 3])], vec![(0.5, 1.0)]).unwrap()) }
 }

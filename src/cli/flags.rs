@@ -45,11 +45,12 @@ impl SceneFlags {
     /// Lays the flags over what `overrides` holds already.
     ///
     /// # Errors
-    /// [`Usage`] for a clip plane that is none.
+    /// [`Usage`] for a plane that is none.
     pub(super) fn apply(&self, overrides: &mut Overrides) -> Result<(), Usage> {
         for (path, values) in &self.0 {
             match values.as_slice() {
-                _ if *path == "clip" => overrides.set(*path, clip_list(values)?),
+                _ if *path == "clip" => overrides.set(*path, plane_list(path, values, "; kept is where normal . p >= offset")?),
+                _ if *path == "cut" => overrides.set(*path, plane_list(path, values, "")?),
                 [.., last] if is_color(path) => overrides.set(*path, color_list(path, last)?),
                 [.., last] if *path == MATRIX => overrides.set(*path, matrix_rows(last)),
                 [.., last] => overrides.set(*path, last),
@@ -77,7 +78,7 @@ impl VolumeFlags {
 }
 
 /// `nx,ny,nz,offset`, as often as wanted, as the list of tables that a scene file has; other text is taken as that list itself.
-fn clip_list(values: &[String]) -> Result<String, Usage> {
+fn plane_list(flag: &str, values: &[String], means: &str) -> Result<String, Usage> {
     let plane = |text: &String| {
         if text.contains('{') {
             return Ok(text.trim().trim_start_matches('[').trim_end_matches(']').to_owned());
@@ -86,9 +87,7 @@ fn clip_list(values: &[String]) -> Result<String, Usage> {
         match numbers.as_deref() {
             Some([x, y, z]) => Ok(format!("{{ normal = [{x:?}, {y:?}, {z:?}] }}")),
             Some([x, y, z, offset]) => Ok(format!("{{ normal = [{x:?}, {y:?}, {z:?}], offset = {offset:?} }}")),
-            _ => {
-                Err(Usage(format!("--clip {text}: write the plane's normal and where it lies, {CLIP}; kept is where normal . p >= offset")))
-            }
+            _ => Err(Usage(format!("--{flag} {text}: write the plane's normal and where it lies, {CLIP}{means}"))),
         }
     };
     let planes: Vec<String> = values.iter().map(plane).collect::<Result<_, _>>()?;
@@ -134,7 +133,7 @@ fn augment(command: Command, wanted: fn(&Key) -> bool) -> Command {
             KeyKind::Text(words) => arg.value_name("WORD").value_parser(PossibleValuesParser::new(words.iter().map(String::as_str))),
             // The flag alone says true.
             KeyKind::Truth => arg.value_name("true|false").allow_hyphen_values(false).num_args(0..=1).default_missing_value("true"),
-            KeyKind::List if key.path == "clip" => arg.value_name(CLIP),
+            KeyKind::List if matches!(key.path.as_str(), "clip" | "cut") => arg.value_name(CLIP),
             KeyKind::List if key.path == MATRIX => arg.value_name("16 NUMBERS"),
             KeyKind::List => arg.value_name("A,B,..."),
             _ => arg.value_name("VALUE"),

@@ -12,7 +12,6 @@
 mod extent;
 mod frame;
 mod layout;
-mod lookup;
 #[cfg(test)]
 mod tests;
 mod window;
@@ -23,11 +22,11 @@ pub use layout::{Layout, MAX_CUTS};
 pub use window::Window;
 
 use crate::picture::{MAX_SIDE, Picture};
+use crate::plan::{PointLookup, VolumeData};
 use crate::scene::{ColorMap, Filter, Premultiplied, Straight, TransferFunction};
 use crate::volume::Volume;
 use crate::{Error, Result};
 use glam::DVec3;
-use lookup::Lookup;
 use rayon::prelude::*;
 
 /// What to cut, and how to show it: one cut, or several of one orientation beside each other.
@@ -171,7 +170,14 @@ impl Sheet {
         if Vec::<[f32; 4]>::new().try_reserve_exact(3 * count).is_err() {
             return Err(Error::invalid(format!("image {width} x {height}: this machine does not give the memory for its pixels")));
         }
-        let lookup = Lookup::new(volume, self.filter)?;
+        let spline = match self.filter {
+            Filter::Cubic { prefilter } => {
+                let refused = || Error::invalid("filter cubic: this machine does not give the memory for its coefficients");
+                Some(VolumeData::of_spline(volume, prefilter).ok_or_else(refused)?)
+            }
+            Filter::Linear | Filter::Nearest => None,
+        };
+        let lookup = PointLookup::new(volume, self.filter, spline.as_ref());
         let mut values = vec![f64::NAN; count];
         values.par_chunks_mut(width as usize).enumerate().for_each(|(y, row)| self.row(volume, &layout, &lookup, y as u32, row));
         let window = match self.window {
@@ -195,7 +201,7 @@ impl Sheet {
     }
 
     /// The values of row `y` of the picture; NaN where nothing is.
-    fn row(&self, volume: &Volume, layout: &Layout, lookup: &Lookup<'_>, y: u32, row: &mut [f64]) {
+    fn row(&self, volume: &Volume, layout: &Layout, lookup: &PointLookup<'_>, y: u32, row: &mut [f64]) {
         let to_index = volume.grid().world_to_index();
         let (low, high) = volume.grid().index_bounds();
         // Positions on a face of the box count as inside, whatever rounding makes of them.

@@ -37,7 +37,7 @@ use crate::picture::png;
 use crate::plan::start_values;
 use crate::proxy::Stack;
 use crate::renderer::adaptive::search;
-use crate::scene::{Blend, Method, Scene, Slicing};
+use crate::scene::{Algorithm, Blend, Method, Scene, Slicing};
 use crate::{Error, Picture, RenderStats, Renderer, Result, Settings, Volume};
 use activity::Activity;
 use by_gradient::ByGradientRecord;
@@ -182,7 +182,7 @@ impl Explanation {
 /// A scene with a tolerance is explained with the slices that the pixel's block takes, everywhere.
 ///
 /// # Errors
-/// [`Error::Invalid`] for scenes of the profile `opengl`, when the pixel lies outside the picture or its ray misses the box, when the slices are none of the stack's or
+/// [`Error::Invalid`] for scenes of the profile `opengl`, of shells, jitter and cut planes, when the pixel lies outside the picture or its ray misses the box, when the slices are none of the stack's or
 /// too many, and when nothing of the box is in the picture; else as [`Renderer::render`].
 pub fn explain(volume: &Volume, scene: &Scene, settings: &Settings, request: &Request) -> Result<Explanation> {
     let mut renderer = Renderer::new(volume, plain(settings));
@@ -315,6 +315,14 @@ fn steady(renderer: &mut Renderer, scene: &Scene, pixel: Option<(u32, u32)>) -> 
     }
     if scene.method().filter.is_cubic() {
         return Err(Error::invalid("render filter cubic: a page shows a cell of eight voxels, the spline mixes 64; choose linear"));
+    }
+    if scene.algorithm() != Algorithm::Slices || scene.jitter().is_some() {
+        let what =
+            if scene.jitter().is_some() { "slices jitter".to_owned() } else { format!("render algorithm {}", scene.algorithm().name()) };
+        return Err(Error::invalid(format!("{what}: a page shows flat slices, at one depth for all pixels; choose slices without jitter")));
+    }
+    if !scene.cuts().is_empty() {
+        return Err(Error::invalid("cut: a page follows rays through the whole box; leave the planes out"));
     }
     let mut notes = Vec::new();
     let mut scene = scene.blended();

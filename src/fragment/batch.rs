@@ -3,6 +3,7 @@
 //! Arrays are grouped by the stages that use them. Those that every plain fragment goes through lie together in the first 4 KiB: two arrays
 //! a multiple of 4096 bytes apart look alike to a processor that holds a load back behind earlier stores.
 
+use super::rays::RayBatch;
 use crate::lanes::{BATCH, CellLoad, CornerPairs, Corners};
 
 /// Per-pixel numbers of a block: where its ray is in the box, and what the pixel has gathered.
@@ -246,6 +247,8 @@ pub(crate) struct Batch {
     pub(crate) hits: Option<Box<SurfaceHits>>,
     /// Thinness of each fragment's whole slab, 1 / (1 + optical depth), where a batch had pieces shorter than that and slabs may be opaque.
     pub(crate) thinness: Option<Box<[f32; BATCH]>>,
+    /// Where fragments lie along rays with samples of their own, in frames that have such.
+    pub(crate) rays: Option<Box<RayBatch>>,
     /// Numbers that stand for the values looked up, where [`Sample::value`] holds positions in a table instead: see `labels.rs`.
     pub(crate) numbers: Option<Box<[f32; BATCH]>>,
 }
@@ -296,6 +299,7 @@ impl Batch {
             gradient: gradients.then(GradientBatch::new),
             hits: hits.then(SurfaceHits::new),
             thinness: None,
+            rays: None,
             numbers: None,
         })
     }

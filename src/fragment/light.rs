@@ -111,9 +111,10 @@ impl LightingFrame {
 pub(super) fn kernel<'v>(shading: Shading, pieces: Pieces, level: Level) -> Run<'v> {
     match (shading, pieces) {
         (Shading::Depth, Pieces::OnSlice) => level.kernel::<CueDepth, _, _>(),
-        (Shading::Depth, Pieces::BehindSlices) => level.kernel::<CueEach, _, _>(),
+        (Shading::Depth, Pieces::BehindSlices | Pieces::AlongRays) => level.kernel::<CueEach, _, _>(),
         (_, Pieces::OnSlice) => level.kernel::<Shade, _, _>(),
         (_, Pieces::BehindSlices) => level.kernel::<ShadeEach, _, _>(),
+        (_, Pieces::AlongRays) => level.kernel::<ShadeAlong, _, _>(),
     }
 }
 
@@ -121,6 +122,8 @@ pub(super) fn kernel<'v>(shading: Shading, pieces: Pieces, level: Level) -> Run<
 pub(super) struct Shade;
 /// The same on fragments at depths of their own.
 pub(super) struct ShadeEach;
+/// The same on fragments along rays with samples of their own.
+pub(super) struct ShadeAlong;
 /// Darker with depth, on a slice.
 pub(super) struct CueDepth;
 /// The same on fragments at depths of their own.
@@ -228,6 +231,24 @@ impl Places for Each {
     #[inline(always)]
     fn row<L: Lanes>(&self, _: &Batch, r: usize) -> [L::F; 3] {
         load::<L>(&self.0, r)
+    }
+}
+
+/// Along rays with samples of their own they are there already.
+struct AlongRays;
+
+impl Places for AlongRays {
+    #[inline(always)]
+    fn of(_: &Frame<'_>, _: &Batch) -> Self {
+        Self
+    }
+
+    #[inline(always)]
+    fn row<L: Lanes>(&self, batch: &Batch, r: usize) -> [L::F; 3] {
+        match batch.rays.as_deref() {
+            Some(rays) => load::<L>(&rays.place, r),
+            None => [L::splat(0.0); 3],
+        }
     }
 }
 
@@ -394,6 +415,13 @@ impl<'v> Kernel<Frame<'v>, Batch> for ShadeEach {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
         shade::<L, Each>(frame, batch);
+    }
+}
+
+impl<'v> Kernel<Frame<'v>, Batch> for ShadeAlong {
+    #[inline(always)]
+    fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
+        shade::<L, AlongRays>(frame, batch);
     }
 }
 

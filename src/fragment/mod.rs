@@ -27,6 +27,7 @@ mod light;
 mod pair;
 mod pieces;
 pub(crate) mod project;
+mod rays;
 mod span;
 mod surfaces;
 mod texcoord;
@@ -48,6 +49,7 @@ pub(crate) use light::LightingFrame;
 pub(crate) use pair::{BEHIND, ClassifyPair, KeepValue};
 pub(crate) use pieces::{CorrectPieces, DEEP, PieceFrame, classify_pieces};
 pub(crate) use project::{ProjectAdd, ProjectAverage, ProjectIso, ProjectLmip, ProjectMax, ProjectMin};
+pub(crate) use rays::{RayBatch, TexcoordRays};
 pub(crate) use span::{Span, SpanPair};
 pub(crate) use surfaces::{BlendSurfaces, SurfaceFrame};
 pub(crate) use texcoord::{Texcoord, TexcoordFar, TexcoordPart};
@@ -77,6 +79,8 @@ pub(crate) enum Pieces {
     OnSlice,
     /// Behind the last slices of their rays, each at a depth of its own.
     BehindSlices,
+    /// At places of their own along their rays: see [`RayBatch`].
+    AlongRays,
 }
 
 /// Constants of the stages that scenes may ask for.

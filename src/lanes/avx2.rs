@@ -263,7 +263,6 @@ impl Lanes for Avx2 {
         // SAFETY: eight f64 behind the reference; unaligned is allowed.
         unsafe { [_mm256_loadu_pd(from.as_ptr()), _mm256_loadu_pd(from.as_ptr().add(4))] }
     }
-    #[cfg(test)]
     #[inline(always)]
     fn store_d(x: Self::D, to: &mut [f64; WIDTH]) {
         // SAFETY: eight f64 behind the reference; unaligned is allowed.

@@ -13,7 +13,6 @@ macro_rules! doubles_as_arrays {
         fn load_d(from: &[f64; WIDTH]) -> Self::D {
             *from
         }
-        #[cfg(test)]
         #[inline(always)]
         fn store_d(x: Self::D, to: &mut [f64; WIDTH]) {
             *to = x;

@@ -178,7 +178,6 @@ pub(crate) trait Lanes: Copy + 'static {
 
     fn splat_d(x: f64) -> Self::D;
     fn load_d(from: &[f64; WIDTH]) -> Self::D;
-    #[cfg(test)]
     fn store_d(x: Self::D, to: &mut [f64; WIDTH]);
     fn add_d(a: Self::D, b: Self::D) -> Self::D;
     fn sub_d(a: Self::D, b: Self::D) -> Self::D;

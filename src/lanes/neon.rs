@@ -282,7 +282,6 @@ impl Lanes for Neon {
             [vld1q_f64(at), vld1q_f64(at.add(2)), vld1q_f64(at.add(4)), vld1q_f64(at.add(6))]
         }
     }
-    #[cfg(test)]
     #[inline(always)]
     fn store_d(x: D, to: &mut [f64; WIDTH]) {
         // SAFETY: eight f64 behind the reference; unaligned is allowed.

@@ -2,7 +2,7 @@
 
 use super::needs::{BlendKind, Needs};
 use crate::lanes::BATCH;
-use crate::scene::{FogDistance, OptionalStage, Order, Scene};
+use crate::scene::{Algorithm, FogDistance, OptionalStage, Order, Scene};
 use crate::tally::{Counters, LeftOut, Tally};
 use crate::volume::{Volume, VoxelType};
 
@@ -58,6 +58,7 @@ fn lanes(unit: &'static str) -> Saving {
 pub(crate) fn planned(scene: &Scene, volume: &Volume, needs: &Needs, loads: Option<u64>) -> Vec<Planned> {
     let mut list: Vec<Planned> = Vec::new();
     let mut add = |what: &str, why: &str, saving: Saving| list.push(Planned::new(what, why, saving));
+    let shells = needs.along_rays && scene.algorithm() == Algorithm::Shells;
     let (colors, surfaces) = (needs.colors(), needs.blend == BlendKind::Surfaces);
     for (id, stage, option) in OptionalStage::ALL.map(|stage| (stage, stage.info(), stage.option())) {
         let saving = if id == OptionalStage::Gradient { Saving::Lanes { saved: 6, done: 1, unit: "lookups" } } else { lanes("lanes") };
@@ -68,14 +69,22 @@ pub(crate) fn planned(scene: &Scene, volume: &Volume, needs: &Needs, loads: Opti
             _ => {}
         }
     }
-    if needs.fog == Some(FogDistance::Planar) {
+    if needs.fog == Some(FogDistance::Planar) && !needs.along_rays {
         let why = "planar fog on view-aligned slices is one number a slice";
         add("fog factor per fragment", why, Saving::AllButOne("factors"));
     }
     if scene.clip_planes().is_empty() {
         add("clip planes", "the scene has none", Saving::Unknown);
     }
-    add("division by q", "texture coordinates are affine on a view-aligned slice", lanes("divisions"));
+    if scene.cuts().is_empty() {
+        add("cut planes", "the scene has none", Saving::Unknown);
+    }
+    let why = if needs.along_rays {
+        "texture coordinates are affine along a ray"
+    } else {
+        "texture coordinates are affine on a view-aligned slice"
+    };
+    add("division by q", why, lanes("divisions"));
     if surfaces {
         add("classification per fragment", "surfaces have colours of their own", lanes("lanes"));
         add("opacity correction", "a surface's opacity does not depend on the distance of slices", lanes("lanes"));
@@ -84,8 +93,10 @@ pub(crate) fn planned(scene: &Scene, volume: &Volume, needs: &Needs, loads: Opti
         add("opacity correction", "values are projected, opacities are not", lanes("lanes"));
     } else {
         add("opacity of a slab's thickness", "folded into the table, and colours times opacity with it", lanes("powers"));
-        if !needs.perspective {
-            let why = "parallel rays cross every whole slab at the same length: the table holds it";
+        if !needs.slanted {
+            let rays = if shells { "all rays" } else { "parallel rays" };
+            let why = format!("{rays} cross every whole slab at the same length: the table holds it");
+            let why = why.as_str();
             add("opacity correction of whole slabs", why, Saving::Whole("lanes"));
         }
     }

@@ -10,17 +10,21 @@
 
 mod hidden_values;
 mod left_out;
+mod lookup;
 mod merging;
 mod needs;
 mod prepared;
+mod rays;
 mod scaling;
 mod stages;
 
 pub(crate) use crate::classify::KnotTable;
 pub(crate) use left_out::{Planned, Saving, passed_over};
+pub(crate) use lookup::PointLookup;
 pub(crate) use merging::Merging;
 pub(crate) use needs::{EndPieces, Needs, method, order};
 pub(crate) use prepared::{MergedData, Prepared, SurfaceBricks, ThinnessData, TransferData, TransferKey, VolumeData};
+pub(crate) use rays::RayPlan;
 pub(crate) use scaling::Scaling;
 pub(crate) use stages::{PairStages, Stages};
 
@@ -31,7 +35,7 @@ use crate::fragment::{
     BlendFrame, ColorFrame, DEEP, Frame, LabelFrame, LabelPiece, Numbers, OptionalFrame, PieceFrame, SampleFrame, SurfaceFrame,
 };
 use crate::lanes::{Level, LookupTable};
-use crate::proxy::{Domain, Stack};
+use crate::proxy::{Domain, RaySteps, Stack};
 use crate::scene::{Blend, Fog, FogDistance, SampleAt, Scene};
 use crate::skip::{Runs, SkipTable};
 use crate::volume::Volume;
@@ -70,6 +74,8 @@ pub(crate) struct FramePlan<'v> {
     pub(crate) runs: Runs,
     /// What it takes to make one slab of several, where that may be.
     pub(crate) merging: Option<Merging<'v>>,
+    /// How single rays differ from those through flat slices, where they do.
+    pub(crate) rays: Option<RayPlan<'v>>,
     /// Fog, of which a factor depends on the slice alone.
     pub(crate) fog: Option<Fog>,
     /// Values pixels start from: colour channels, then transmittance.
@@ -95,9 +101,12 @@ impl<'v> FramePlan<'v> {
     /// The plan for one frame of `subject`, with what is `kept` between frames.
     pub(crate) fn new(subject: Subject<'_, 'v>, kept: &mut impl Prepared) -> Self {
         let Subject { scene, volume, data, stack, terminate, detail, level, observed, domain } = subject;
-        let mut needs = Needs::new(scene, &stack, data.bricks.non_finite > 0, terminate).with_values(scene, volume, data.bricks.range);
+        let steps = RaySteps::of(scene, volume.grid(), &stack);
+        let thickness = steps.map_or(stack.spacing, |steps| steps.thickness(&stack));
+        let mut needs =
+            Needs::new(scene, &stack, steps.as_ref(), data.bricks.non_finite > 0, terminate).with_values(scene, volume, data.bricks.range);
         let lookup = needs.lookup(volume, data.packed.is_some(), &data.scaling);
-        let ratio = if stack.is_empty() { 1.0 } else { stack.spacing / scene.opacity_length(domain.map_or(volume.grid(), Domain::whole)) };
+        let ratio = if stack.is_empty() { 1.0 } else { thickness / scene.opacity_length(domain.map_or(volume.grid(), Domain::whole)) };
         let measure = if needs.optical_depth { Measure::OpticalDepth } else { Measure::Opacity };
         let slab = Slab { ratio, form: needs.method.slab, measure, detail };
         let by = match needs.method.is_pre_integrated() {
@@ -157,8 +166,10 @@ impl<'v> FramePlan<'v> {
             let color = ColorFrame { table: thin.table.clone(), fine, ..frame.color.clone() };
             frame.pieces = Some(Box::new(PieceFrame { frame: Frame { color, ..frame.clone() }, classify: kernels.classify() }));
         }
+        let stages = Stages::new(kernels);
         Self {
-            stages: Stages::new(kernels),
+            rays: RayPlan::new((scene, &stack), steps, (volume, data), stages.cut.clone()),
+            stages,
             merging: merged.map(|merged| Merging::new(&frame, &merged)),
             frame,
             skip_table,

@@ -2,7 +2,7 @@
 
 use super::scaling::Scaling;
 use crate::lean::{LEAN, extra};
-use crate::proxy::Stack;
+use crate::proxy::{RaySteps, Stack};
 use crate::scene::{
     Accumulation, Blend, Classification, Ends, Filter, Fits, Fog, FogDistance, Method, OptionalStage, Order, Scene, SlabForm, Target,
 };
@@ -22,7 +22,10 @@ pub(crate) struct Needs {
     pub(crate) guard: bool,
     /// By which distance fog goes, if there is any.
     pub(crate) fog: Option<FogDistance>,
-    pub(crate) perspective: bool,
+    /// Whether rays cross whole slabs at lengths that differ.
+    pub(crate) slanted: bool,
+    /// Whether samples lie at depths of their own along each ray.
+    pub(crate) along_rays: bool,
     /// Whether a batch may span 2^24 voxels or more, so that offsets need more than an i32.
     pub(crate) far: bool,
     /// Whether empty space is passed over.
@@ -54,8 +57,9 @@ pub(crate) enum BlendKind {
 }
 
 impl Needs {
-    /// What `scene` needs of a frame of `stack`, of a volume `with_holes` (some voxels are NaN or infinite) or without.
-    pub(crate) fn new(scene: &Scene, stack: &Stack, with_holes: bool, terminate: f32) -> Self {
+    /// What `scene` needs of a frame of `stack`, whose samples may lie in `steps` of each ray's own, of a volume `with_holes` (some voxels are
+    /// NaN or infinite) or without.
+    pub(crate) fn new(scene: &Scene, stack: &Stack, steps: Option<&RaySteps>, with_holes: bool, terminate: f32) -> Self {
         let surfaces = scene.surfaces().is_some() && !LEAN;
         let blend = match scene.blend() {
             Blend::Over => BlendKind::Over,
@@ -92,8 +96,9 @@ impl Needs {
             terminate: blend == BlendKind::Over && order == Order::FrontToBack && terminate > 0.0 && method.slab != SlabForm::Riemann,
             guard: with_holes,
             fog: extra(scene.fog()).filter(|_| colors).map(Fog::distance),
-            perspective: stack.perspective,
-            far: spans_far(stack, method.filter.is_cubic()) || scene.algorithm().is_cast() && holds_far(stack),
+            slanted: stack.perspective && !steps.is_some_and(RaySteps::in_shells),
+            along_rays: steps.is_some(),
+            far: spans_far(stack, steps, method.filter.is_cubic()) || scene.algorithm().is_cast() && holds_far(stack),
             skip,
             // A stage that lights empty space does so once a slice, so their number counts; and where voxels are NaN, a brick's range does
             // not tell how values change.
@@ -241,13 +246,15 @@ fn holds_far(stack: &Stack) -> bool {
 
 /// Whether the cells of one batch may lie 2^24 voxels apart or more: the batch's extent in the worst place of the picture. With a `border` rows
 /// and layers are two voxels longer.
-fn spans_far(stack: &Stack, border: bool) -> bool {
+fn spans_far(stack: &Stack, steps: Option<&RaySteps>, border: bool) -> bool {
     let scale = if stack.perspective { stack.far.abs().max(stack.near.abs()) } else { 1.0 };
+    let reach = steps.map(|steps| steps.reach(stack));
     let mut voxels = 0.0;
     let mut stride = 1.0;
     for axis in 0..3 {
         let f = stack.index[axis];
-        let extent = (7.0 * (f.b.abs() + f.c.abs()) * scale + 3.0).min(stack.dims[axis] as f64);
+        let extent = reach.map_or(7.0 * (f.b.abs() + f.c.abs()) * scale, |reach| reach[axis]);
+        let extent = (extent + 3.0).min(stack.dims[axis] as f64);
         voxels += extent * stride;
         stride *= (stack.dims[axis] + if border { 2 } else { 0 }) as f64;
     }

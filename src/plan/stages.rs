@@ -4,7 +4,7 @@ use super::needs::{BlendKind, Lookup, Needs};
 use crate::fragment::*;
 use crate::lanes::Level;
 use crate::lean::LEAN;
-use crate::scene::{Classification, InProjections, Order, Scene, SlabForm, StageId, Target};
+use crate::scene::{Classification, InProjections, OptionalStage, Order, Scene, SlabForm, StageId, Target};
 use crate::volume::VoxelType;
 
 /// Stages of batches whose fragments are all covered by whole slabs, and of all others.
@@ -20,6 +20,8 @@ pub(crate) struct Stages<'v> {
     pub(crate) pairs: Option<PairStages<'v>>,
     /// From places, already there, to what is blended, for batches of samples that each lie at a depth of their own; none in frames of slices.
     pub(crate) each: Vec<Stage<'v>>,
+    /// Stages of the opaque planes that end rays, whose colours are there already, where there are any.
+    pub(crate) cut: Vec<Stage<'v>>,
 }
 
 /// Stages of the lookups besides the slices', where slabs lie between two values.
@@ -48,6 +50,8 @@ enum For {
     Keep,
     /// Those of samples at depths of their own, which are blended elsewhere.
     Each,
+    /// Those of opaque planes: nothing is looked up, classified or lit.
+    Cut,
 }
 
 /// What a stage's kernel depends on besides what a frame [`Needs`].
@@ -81,7 +85,8 @@ impl<'v> Stages<'v> {
             exit: list(For::Behind),
         });
         let each = if k.scene.algorithm().is_cast() { list(For::Each) } else { Vec::new() };
-        Self { span, whole: list(For::Whole), partial: list(For::Partial), pairs, each }
+        let cut: Vec<Stage<'v>> = if k.scene.cuts().is_empty() { Vec::new() } else { list(For::Cut) };
+        Self { span, whole: list(For::Whole), partial: list(For::Partial), pairs, each, cut }
     }
 }
 
@@ -90,8 +95,13 @@ impl Kernels<'_> {
     fn kernel<'v>(&self, id: StageId, of: For) -> Option<Run<'v>> {
         let (level, colors) = (self.level, self.needs.colors());
         let shades = colors && of != For::Keep;
+        if of == For::Cut && !matches!(id, StageId::Optional(OptionalStage::Fog) | StageId::Mask | StageId::Blend) {
+            return None;
+        }
         match id {
             StageId::Texcoord if matches!(of, For::Behind | For::Each) => None,
+            StageId::Texcoord if self.needs.along_rays && self.needs.far => Some(level.kernel::<TexcoordRays<true>, _, _>()),
+            StageId::Texcoord if self.needs.along_rays => Some(level.kernel::<TexcoordRays<false>, _, _>()),
             StageId::Texcoord if self.part && self.needs.far => Some(level.kernel::<TexcoordPart<true>, _, _>()),
             StageId::Texcoord if self.part => Some(level.kernel::<TexcoordPart<false>, _, _>()),
             StageId::Texcoord if self.needs.far => Some(level.kernel::<TexcoordFar, _, _>()),
@@ -105,15 +115,17 @@ impl Kernels<'_> {
             StageId::Classify => shades.then(|| self.classify()),
             // Where opacity depends on the gradient that stage knows the length too.
             StageId::Correct if shades && self.has_pieces(of) => Some(level.kernel::<CorrectPieces, _, _>()),
-            StageId::Correct => {
-                (shades && !self.needs.optical_depth && (of != For::Whole || self.needs.perspective)).then(|| self.correct())
-            }
+            StageId::Correct => (shades && !self.needs.optical_depth && (of != For::Whole || self.needs.slanted)).then(|| self.correct()),
             StageId::Mask => (shades && (of != For::Whole || self.needs.guard)).then(|| level.kernel::<MaskStage, _, _>()),
             StageId::Blend => (!matches!(of, For::Keep | For::Each)).then(|| self.blend()),
             // Runs before the lists.
             StageId::Span => None,
             StageId::Optional(stage) => {
-                let pieces = if matches!(of, For::Behind | For::Each) { Pieces::BehindSlices } else { Pieces::OnSlice };
+                let pieces = match of {
+                    For::Behind | For::Each | For::Cut => Pieces::BehindSlices,
+                    _ if self.needs.along_rays => Pieces::AlongRays,
+                    _ => Pieces::OnSlice,
+                };
                 let runs = of != For::Keep && (colors || stage.option().projections == InProjections::Runs);
                 if runs && !LEAN { optional_kernel(stage, self.scene, pieces, level) } else { None }
             }
@@ -178,7 +190,7 @@ impl Kernels<'_> {
     }
 
     fn correct<'v>(&self) -> Run<'v> {
-        match (self.needs.method.slab, self.needs.perspective) {
+        match (self.needs.method.slab, self.needs.slanted) {
             (SlabForm::Riemann, _) => self.level.kernel::<CorrectRiemann, _, _>(),
             (_, true) => self.level.kernel::<Correct<false>, _, _>(),
             (_, false) => self.level.kernel::<Correct<true>, _, _>(),

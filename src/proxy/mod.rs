@@ -2,8 +2,10 @@
 
 mod domain;
 mod polygon;
+mod rays;
 mod stack;
 
 pub use domain::Domain;
 pub use polygon::{Edge, SlicePolygon, Vertex};
+pub(crate) use rays::{RaySlabs, RaySteps, is_in_shells, shell_range};
 pub use stack::{HalfSpace, Stack};

@@ -28,6 +28,26 @@ pub struct HalfSpace {
 }
 
 impl HalfSpace {
+    /// The linear function n . p + e of world space, seen through `view`.
+    pub(crate) fn of(view: &View, n: DVec3, e: f64) -> Self {
+        let (w, h) = (0.5 * f64::from(view.width), 0.5 * f64::from(view.height));
+        // A world direction as it changes with window x and y, and the offset of the window's corner.
+        let (across, down) = (view.right * view.scale, -view.up * view.scale);
+        let corner = -across * w - down * h;
+        let (b, c) = (n.dot(across), n.dot(down));
+        if view.perspective {
+            Self { a: n.dot(view.eye) + e, b, c, g: n.dot(view.forward) + n.dot(corner) }
+        } else {
+            Self { a: n.dot(view.eye) + n.dot(corner) + e, b, c, g: n.dot(view.forward) }
+        }
+    }
+
+    /// The function along the ray through window position (x,y): its value at depth 0, and its change per unit of depth.
+    pub(crate) fn along(&self, perspective: bool, x: f64, y: f64) -> (f64, f64) {
+        let plane = self.b * x + self.c * y;
+        if perspective { (self.a, self.g + plane) } else { (self.a + plane, self.g) }
+    }
+
     /// Coefficients (a,b,c) of the edge function a + b x + c y on the slice at depth `d`.
     pub fn at_depth(&self, perspective: bool, d: f64) -> [f64; 3] {
         if perspective { [self.a + self.g * d, self.b * d, self.c * d] } else { [self.a + self.g * d, self.b, self.c] }
@@ -81,19 +101,7 @@ impl Stack {
     /// is given from outside.
     pub fn between(grid: &Grid, view: &View, clip_planes: &[ClipPlane], (near, far): (f64, f64), count: u64) -> Self {
         let to_index = grid.world_to_index();
-        let (w, h) = (0.5 * f64::from(view.width), 0.5 * f64::from(view.height));
-        // A world direction as it changes with window x and y, and the offset of the window's corner.
-        let (across, down) = (view.right * view.scale, -view.up * view.scale);
-        let corner = -across * w - down * h;
-        // A linear function n . p + e of world space as a function of window position and depth.
-        let compose = |n: DVec3, e: f64| {
-            let (b, c) = (n.dot(across), n.dot(down));
-            if view.perspective {
-                HalfSpace { a: n.dot(view.eye) + e, b, c, g: n.dot(view.forward) + n.dot(corner) }
-            } else {
-                HalfSpace { a: n.dot(view.eye) + n.dot(corner) + e, b, c, g: n.dot(view.forward) }
-            }
-        };
+        let compose = |n: DVec3, e: f64| HalfSpace::of(view, n, e);
         let row = |axis: usize| (to_index.matrix3.row(axis), to_index.translation[axis]);
         let index = [0, 1, 2].map(|axis| {
             let (n, e) = row(axis);

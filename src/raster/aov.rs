@@ -5,6 +5,7 @@ use crate::fragment::{BEHIND, Batch, Frame};
 use crate::lanes::{BATCH, SIDE};
 use crate::proxy::Stack;
 use crate::scene::StageId;
+use std::array;
 
 /// Transmittance at which an opacity of a half is passed.
 const HALF: f32 = 0.5;
@@ -37,8 +38,8 @@ pub(crate) struct Looker {
     pub(crate) told: Told,
     pub(crate) seen: Vec<Seen>,
     first: (u32, u32),
-    /// Depth of slice position 0, and distance of slices.
-    depths: (f64, f64),
+    /// Depth of each ray's slice position 0, and distance of its slices.
+    depths: [(f64, f64); BATCH],
     at: [f64; BATCH],
     left: [f32; BATCH],
 }
@@ -46,11 +47,15 @@ pub(crate) struct Looker {
 impl Looker {
     /// One that has seen nothing.
     pub(crate) fn new(told: Told) -> Self {
-        Self { told, seen: Vec::new(), first: (0, 0), depths: (0.0, 0.0), at: [f64::INFINITY; BATCH], left: [1.0; BATCH] }
+        Self { told, seen: Vec::new(), first: (0, 0), depths: [(0.0, 0.0); BATCH], at: [f64::INFINITY; BATCH], left: [1.0; BATCH] }
     }
 
     /// Where in the slab that pixel `i` has just passed its opacity came to a half.
     fn passed(&self, batch: &Batch, i: usize, between: bool) -> f64 {
+        // Behind the last slices of rays that end at planes are those.
+        if let (BEHIND, Some(rays)) = (batch.slice, batch.rays.as_deref()) {
+            return rays.cut[i];
+        }
         let pixels = &batch.pixels;
         let length = f64::from(batch.slab.length[i] / pixels.slant[i]);
         let (from, to) = match batch.slice {
@@ -63,7 +68,7 @@ impl Looker {
         let (before, after) = (f64::from(self.left[i]), f64::from(pixels.transmittance[i]));
         let share = if after > 0.0 { libm::log(before / f64::from(HALF)) / libm::log(before / after) } else { 0.0 };
         let k = from + share.clamp(0.0, 1.0) * (to - from);
-        self.depths.0 + (k + 0.5) * self.depths.1
+        self.depths[i].0 + (k + 0.5) * self.depths[i].1
     }
 }
 
@@ -76,7 +81,10 @@ impl Observer for Looker {
 
     fn block(&mut self, stack: &Stack, x: u32, y: u32, batch: &Batch) {
         self.first = (x, y);
-        self.depths = (stack.near, stack.spacing);
+        self.depths = match batch.rays.as_deref() {
+            Some(rays) => array::from_fn(|i| (rays.near[i], rays.spacing[i])),
+            None => [(stack.near, stack.spacing); BATCH],
+        };
         self.at = [f64::INFINITY; BATCH];
         self.left = batch.pixels.transmittance;
     }

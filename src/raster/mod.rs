@@ -13,6 +13,7 @@ mod block_transform;
 mod march;
 mod observer;
 mod ray_intervals;
+mod rays;
 mod resolve;
 mod surface;
 mod tiles;

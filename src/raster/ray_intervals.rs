@@ -5,6 +5,7 @@
 //! of slices; where rounding leaves one in doubt, the edge functions of that very slice decide.
 
 mod ends;
+mod path;
 
 use crate::fragment::{PixelBlock, RaySummary};
 use crate::lanes::{BATCH, Level, SIDE};
@@ -12,6 +13,7 @@ use crate::lean::LEAN;
 use crate::plan::EndPieces;
 use crate::proxy::Stack;
 use ends::{Crossings, RayEnds, RaySpans};
+pub(crate) use path::Path;
 
 /// A half-space prepared for a frame.
 #[derive(Debug, Clone, Copy)]
@@ -64,7 +66,8 @@ pub(crate) struct BlockRange {
 }
 
 impl BlockRange {
-    const NONE: Self = Self { any: (1, 0), whole: (1, 0), last_first: i64::MIN, fragments: 0, corners: 0, lasts: 0, settled: true };
+    pub(crate) const NONE: Self =
+        Self { any: (1, 0), whole: (1, 0), last_first: i64::MIN, fragments: 0, corners: 0, lasts: 0, settled: true };
 }
 
 impl<'s> RayIntervals<'s> {
@@ -184,7 +187,7 @@ impl<'s> RayIntervals<'s> {
 
     /// The slices that cover every pixel of a block with a whole slab, from the last of the pixels' first slices and the first of their
     /// last ones.
-    fn whole(&self, first: i64, last: i64) -> (i64, i64) {
+    pub(crate) fn whole(&self, first: i64, last: i64) -> (i64, i64) {
         if self.piece_ends.whole() { (first, last) } else { (first + 1, last - i64::from(!self.piece_ends.between())) }
     }
 

@@ -3,10 +3,12 @@
 use super::block::{self, Outcome};
 use super::observer::Observer;
 use super::ray_intervals::RayIntervals;
+use super::rays;
 use super::resolve::{Finish, Resolve};
 use super::work::Work;
-use crate::fragment::Batch;
+use crate::fragment::{Batch, RayBatch};
 use crate::lanes::SIDE;
+use crate::lean::extra;
 use crate::settings::Control;
 use crate::tally::Counters;
 use crate::{Error, Result};
@@ -112,6 +114,7 @@ pub(crate) fn render_tiles<O: Observer, F: Finish>(
     let parts = rayon::broadcast(|_| {
         let (mut batch, mut counters, mut seen) =
             (Batch::new(work.frame.optional.gradient.is_some(), work.frame.surfaces.is_some()), Counters::default(), Vec::new());
+        batch.rays = work.rays.map(|_| RayBatch::new());
         while let Some((at, mut tile)) = next() {
             let mut observer = job.observer.fresh();
             let whole = render_tile(work, &intervals, job, &mut tile, &mut batch, &mut counters, &mut observer);
@@ -170,7 +173,11 @@ fn render_tile<O: Observer, F: Finish>(
             let (left, right) = (bx.max(x0), (bx + SIDE).min(x1));
             let (top, bottom) = (by.max(y0), (by + SIDE).min(y1));
             let inside = lanes(left - bx..right - bx, top - by..bottom - by);
-            let outcome = block::render(work, intervals, (bx as u32, by as u32), inside, batch, counters, observer);
+            let first = (bx as u32, by as u32);
+            let outcome = match extra(work.rays) {
+                Some(plan) => rays::render((work, plan), intervals, first, inside, batch, counters, observer),
+                None => block::render(work, intervals, first, inside, batch, counters, observer),
+            };
             for y in top..bottom {
                 let pixels = &mut tile.rows[y - y0][left - x0..right - x0];
                 match outcome {

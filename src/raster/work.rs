@@ -4,7 +4,7 @@ use super::block_transform::BlockTransform;
 use super::ray_intervals::RayIntervals;
 use crate::fragment::{Frame, Stage};
 use crate::lanes::{BATCH, Kernel, Lanes, Level, SIDE, row};
-use crate::plan::{EndPieces, FramePlan, Merging, PairStages};
+use crate::plan::{EndPieces, FramePlan, Merging, PairStages, RayPlan};
 use crate::proxy::{Domain, Stack};
 use crate::scene::{Fog, Order};
 use crate::skip::{BoxClasses, BoxQuery, QueryBoxes, Runs, SkipTable, Windows};
@@ -30,10 +30,12 @@ pub(crate) struct Work<'f, 'v> {
     pub(super) radial: bool,
     pub(super) pairs: Option<&'f PairStages<'v>>,
     pub(super) merging: Option<&'f Merging<'v>>,
+    /// How single rays differ from those through flat slices, where they do.
+    pub(super) rays: Option<&'f RayPlan<'v>>,
     /// See [`LetThrough`].
     pub(super) let_through: fn(&[f32; BATCH], &mut f32),
     /// Where in its slab a value is taken, in slabs from its middle.
-    sample: f64,
+    pub(super) sample: f64,
     /// Vectors of the geometry.
     level: Level,
     /// Where the volume is a part of a larger one: its voxels in that.
@@ -61,6 +63,7 @@ impl<'f, 'v> Work<'f, 'v> {
             radial: plan.radial(),
             pairs: plan.stages.pairs.as_ref(),
             merging: plan.merging.as_ref(),
+            rays: plan.rays.as_ref(),
             let_through: level.kernel::<LetThrough, _, _>(),
             sample: plan.sample,
             level,

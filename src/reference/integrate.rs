@@ -1,5 +1,6 @@
 //! The emission-absorption integral along the ray of one pixel.
 
+use super::cuts::Cuts;
 use super::field::{Along, Corners, corners, cubic, solve};
 use super::light::{Lights, LitRay};
 use super::panel::{DARK, Distance, Gathered, Haze, Piece, PieceFog, Quadrature};
@@ -24,7 +25,7 @@ pub struct RayResult {
     /// Bound on the error of each number above, from quadrature (below 1e-10) and the rounding of its sums. The voxels and the
     /// ray are taken as exact.
     pub error_bound: f64,
-    /// Depths at which the ray enters and leaves what is visible of the box; `None` where it misses.
+    /// Depths at which the ray enters and leaves what is visible of the box, or ends at a cut plane; `None` where it misses.
     pub span: Option<(f64, f64)>,
     /// Smooth panels integrated.
     pub pieces: u32,
@@ -53,6 +54,8 @@ pub struct Integrator<'a> {
     segments: Segments,
     /// Half-spaces normal . p >= offset, the scene's clip planes.
     planes: Vec<(DVec3, f64)>,
+    /// Opaque planes that end rays.
+    cuts: Cuts,
     fog: Option<Fog>,
     background: Premultiplied,
     opacity_unit: f64,
@@ -103,6 +106,7 @@ impl<'a> Integrator<'a> {
             spline: Spline::of(scene, volume)?.map(Arc::new),
             segments: Segments::new(&transfer),
             planes: scene.clip_planes().iter().map(|p| (p.normal(), p.offset())).collect(),
+            cuts: Cuts::new(scene, volume)?,
             fog,
             background,
             opacity_unit: scene.opacity_length(volume.grid()),
@@ -127,9 +131,15 @@ impl<'a> Integrator<'a> {
     pub fn ray(&self, x: f64, y: f64) -> RayResult {
         let (origin, direction) = self.view.ray(x, y);
         let mut gathered = Gathered { rgb: [0.0; 3], transmittance: 1.0, error: 0.0, panels: 0 };
-        let span = self.span(origin, direction);
+        let mut span = self.span(origin, direction);
         if let Some((entry, exit)) = span {
-            self.march(origin, direction, entry, exit, &mut gathered);
+            let cut = self.cuts.nearest((self.volume, self.spline.as_deref()), (origin, direction), (entry, exit));
+            let end = cut.map_or(exit, |(depth, _)| depth);
+            self.march(origin, direction, entry, end, &mut gathered);
+            if let Some((depth, color)) = cut {
+                self.end(&mut gathered, color, self.fog_distance(origin, direction.length()).at(depth).0);
+                span = Some((entry, end));
+            }
         }
         let Gathered { rgb, transmittance, mut error, panels } = gathered;
         if transmittance <= DARK {
@@ -137,6 +147,19 @@ impl<'a> Integrator<'a> {
             error += transmittance;
         }
         RayResult { rgb, transmittance, error_bound: error, span, pieces: panels }
+    }
+
+    /// Adds an opaque `color`, seen through fog of distance `z`, behind what is gathered.
+    fn end(&self, gathered: &mut Gathered, color: [f64; 3], z: f64) {
+        for (i, sum) in gathered.rgb.iter_mut().enumerate() {
+            let color = if self.linear_light { light_of(color[i]) } else { color[i] };
+            let seen = self.fog.as_ref().map_or(color, |fog| {
+                let f = fog.factor(z);
+                f * color + (1.0 - f) * fog.color()[i]
+            });
+            *sum += gathered.transmittance * seen;
+        }
+        gathered.transmittance = 0.0;
     }
 
     /// The depths between which the ray is before the near plane, in the box and on the kept side of every clip plane.

@@ -67,7 +67,7 @@ impl Renderer {
             Slicing::Spacing(spacing) if job.view.perspective => {
                 steps_of(spacing, crate::casting::distances(self.volume.grid(), &job.view))
             }
-            Slicing::Spacing(spacing) => slice_count(spacing, self.volume.grid(), &job.view),
+            Slicing::Spacing(spacing) => slice_count(spacing, job.scene, self.volume.grid(), &job.view),
             Slicing::Tolerance(_) => Err(Error::invalid("slices tolerance: rays have a given number of steps")),
         }
     }

@@ -7,7 +7,7 @@ use crate::picture::Picture;
 use crate::plan::Detail;
 use crate::proxy::{Domain, Stack};
 use crate::raster::{Finish, Observer};
-use crate::scene::{Blend, Scene, Slicing};
+use crate::scene::{Algorithm, Blend, Scene, Slicing};
 use crate::{Error, Result};
 
 /// A rectangle of a picture: premultiplied red, green and blue, and the transmittance that is left to what lies behind, 0 to 1.
@@ -140,7 +140,7 @@ impl Renderer {
         let pixels = self.pooled(|r| {
             let mut pixels = canvas(size.0, size.1)?;
             let view = scene.camera().resolve(r.volume.grid(), size.0, size.1)?;
-            let count = count(scene, |spacing| slice_count(spacing, r.volume.grid(), &view))?;
+            let count = count(scene, |spacing| slice_count(spacing, scene, r.volume.grid(), &view))?;
             let mut job = RenderJob { scene, view, clock: Clock::default(), observer: (), output: Output::Layer };
             r.frame(&mut job, count, scene.terminate(), None, &mut pixels)?;
             Ok(pixels)
@@ -174,6 +174,14 @@ impl Renderer {
         if scene.blend() != Blend::Over {
             return Err(Error::invalid("render blend: parts of a volume combine by \"over\" alone"));
         }
+        if scene.algorithm() == Algorithm::Shells || scene.jitter().is_some() {
+            return Err(Error::invalid(
+                "a part of a volume: its fragments lie on the flat slices of the whole; choose slices without jitter",
+            ));
+        }
+        if !scene.cuts().is_empty() {
+            return Err(Error::invalid("cut: a part of a volume does not know which planes rays meet in other parts"));
+        }
         if scene.needs_gradient() {
             return Err(Error::invalid("light: a part of a volume does not hold the voxels around it that gradients take"));
         }
@@ -186,7 +194,7 @@ impl Renderer {
         let pixels = self.pooled(|r| {
             let mut pixels = canvas(size.0, size.1)?;
             let view = scene.camera().resolve(domain.whole(), size.0, size.1)?;
-            let count = count(scene, |spacing| slice_count(spacing, domain.whole(), &view))?;
+            let count = count(scene, |spacing| slice_count(spacing, scene, domain.whole(), &view))?;
             let stack = Stack::new(domain.whole(), &view, scene.clip_planes(), count);
             let mut job = RenderJob { scene, view, clock: Clock::default(), observer: Owned(domain), output: Output::Layer };
             r.requested(

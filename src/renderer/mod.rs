@@ -25,7 +25,7 @@ pub(crate) use finish::OverBackground;
 
 use crate::lanes::Level;
 use crate::picture::Picture;
-use crate::proxy::Stack;
+use crate::proxy::{Stack, is_in_shells, shell_range};
 use crate::raster::Observer;
 use crate::scene::{Algorithm, Blend, MAX_SLICES, Method, Scene, Slicing, View};
 use crate::settings::{Control, Stopper};
@@ -80,7 +80,7 @@ pub struct RenderStats {
 /// Who draws a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Backend {
-    /// Slices through the stages, in tiles, with vectors.
+    /// Slices, flat or in shells, through the stages, in tiles, with vectors.
     Slices,
     /// OpenGL's fixed functions, fragment by fragment.
     OpenGl,
@@ -93,10 +93,8 @@ impl Backend {
     fn of(scene: &Scene) -> Self {
         match scene.algorithm() {
             _ if scene.opengl().is_some() => Self::OpenGl,
-            Algorithm::Slices if scene.jitter().is_none() => Self::Slices,
-            Algorithm::Slices
-            | Algorithm::Shells
-            | Algorithm::Rays
+            Algorithm::Slices | Algorithm::Shells => Self::Slices,
+            Algorithm::Rays
             | Algorithm::Traversal(_)
             | Algorithm::Template(_)
             | Algorithm::ObjectSlices { .. }
@@ -271,7 +269,7 @@ impl Renderer {
             }
             Slicing::Count(count) => self.in_slices(job, count, pixels)?,
             Slicing::Spacing(spacing) => {
-                let count = slice_count(spacing, self.volume.grid(), &job.view)?;
+                let count = slice_count(spacing, job.scene, self.volume.grid(), &job.view)?;
                 self.in_slices(job, count, pixels)?
             }
         };
@@ -345,9 +343,9 @@ fn make_pool(threads: Option<usize>) -> Result<ThreadPool> {
     ThreadPoolBuilder::new().num_threads(threads).build().map_err(|e| Error::invalid(format!("{threads} threads: {e}")))
 }
 
-/// Number of slices `spacing` apart at most.
-fn slice_count(spacing: f64, grid: &Grid, view: &View) -> Result<u64> {
-    steps_of(spacing, Stack::depth_range(grid, view))
+/// Number of slices or shells of `scene`, `spacing` apart at most.
+fn slice_count(spacing: f64, scene: &Scene, grid: &Grid, view: &View) -> Result<u64> {
+    steps_of(spacing, Stack::depth_range(grid, view).map(|range| if is_in_shells(scene, view) { shell_range(grid, view) } else { range }))
 }
 
 /// Number of steps of `spacing` at most from one end of `range` to the other.

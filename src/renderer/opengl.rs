@@ -23,7 +23,7 @@ impl Renderer {
         opengl::check_matrix(state, volume)?;
         let count = match scene.slicing() {
             Slicing::Count(count) => count,
-            Slicing::Spacing(spacing) => slice_count(spacing, volume.grid(), &job.view)?,
+            Slicing::Spacing(spacing) => slice_count(spacing, scene, volume.grid(), &job.view)?,
             Slicing::Tolerance(_) => return Err(Error::invalid("slices tolerance: the profile opengl draws a given number of slices")),
         };
         let stack = Stack::new(volume.grid(), &job.view, scene.clip_planes(), count);

@@ -40,9 +40,9 @@ pub struct Visible {
 
 impl Visible {
     /// The bricks of `volume` in which `scene` shows something; `None` where it shows nothing, or everything counts the same (minima), or there is no
-    /// volume of values.
+    /// volume of values; and where a cut plane shows, which may lie anywhere in the box.
     pub fn of(scene: &Scene, volume: &Volume) -> Option<Self> {
-        if volume.colors().is_some() {
+        if volume.colors().is_some() || !scene.cuts().is_empty() {
             return None;
         }
         let bricks = volume.bricks();

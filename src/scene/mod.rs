@@ -6,6 +6,7 @@ mod camera;
 mod clip;
 mod color;
 mod colormap;
+mod cut;
 #[cfg(feature = "scene-file")]
 mod file;
 mod fog;
@@ -33,6 +34,8 @@ pub use camera::{Camera, Placement, Projection, View};
 pub use clip::{ClipPlane, MAX_CLIP_PLANES};
 pub use color::{Premultiplied, Straight};
 pub use colormap::ColorMap;
+pub(crate) use cut::CutColors;
+pub use cut::{CutPlane, MAX_CUT_PLANES};
 #[cfg(feature = "scene-file")]
 pub use file::{
     Animation, FoundTransfer, Key, KeyKind, Overrides, ResolvedScene, SceneFile, SceneFormat, TransferFile, keys, schema,
@@ -135,7 +138,7 @@ impl Blend {
 ///
 /// # Guarantees
 /// Width and height lie between 1 and [`MAX_SIDE`], the slice count between 1 and [`MAX_SLICES`], numbers are finite and in
-/// range, and there are at most [`MAX_CLIP_PLANES`] clip planes: a `Scene` that exists can be rendered.
+/// range, and there are at most [`MAX_CLIP_PLANES`] clip planes and [`MAX_CUT_PLANES`] cut planes: a `Scene` that exists can be rendered.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
     camera: Camera,
@@ -153,6 +156,7 @@ pub struct Scene {
     lighting: Option<Lighting>,
     gradient: Gradient,
     clip_planes: Vec<ClipPlane>,
+    cuts: Vec<CutPlane>,
     blend: Blend,
     levels: Vec<LevelSurface>,
     hit: Hit,
@@ -182,6 +186,7 @@ impl Scene {
             lighting: None,
             gradient: Gradient::default(),
             clip_planes: Vec::new(),
+            cuts: Vec::new(),
             blend: Blend::Over,
             levels: Vec::new(),
             hit: Hit::default(),
@@ -352,6 +357,20 @@ impl Scene {
         Ok(self)
     }
 
+    /// The scene with opaque planes inside it that show the data on them: the nearest that a ray meets within the box, and within what clip
+    /// planes leave of it, ends the ray.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for more than [`MAX_CUT_PLANES`], and together with what has no place for them: blends other than [`Blend::Over`],
+    /// pre-integrated slabs, [`Method::merge`], the profile `opengl`, algorithms other than slices and shells.
+    pub fn with_cuts(mut self, planes: Vec<CutPlane>) -> Result<Self> {
+        if planes.len() > MAX_CUT_PLANES {
+            return Err(Error::invalid(format!("{} cut planes: at most {MAX_CUT_PLANES} are allowed", planes.len())));
+        }
+        self.cuts = planes;
+        self.agreed()
+    }
+
     /// The scene blended another way.
     ///
     /// # Errors
@@ -449,6 +468,7 @@ impl Scene {
             return Err(Error::invalid("slices jitter: the profile opengl draws flat slices"));
         }
         self.algorithm.check_with(&self)?;
+        self.rays_agree()?;
         let m = &self.method;
         if m.filter.is_cubic() && matches!(self.blend, Blend::Iso { .. } | Blend::Surfaces) {
             return Err(Error::invalid("render filter cubic: level surfaces (render blend iso) are those of linear interpolation"));
@@ -472,6 +492,54 @@ impl Scene {
             return Err(Error::invalid("render blend: the profile opengl blends by the functions of the section opengl"));
         }
         Ok(self)
+    }
+
+    /// Whether what depends on single rays goes together with the rest.
+    fn rays_agree(&self) -> Result<()> {
+        let (m, surfaces) = (&self.method, matches!(self.blend, Blend::Iso { .. } | Blend::Surfaces));
+        let shells = self.algorithm == Algorithm::Shells;
+        if self.jitter.is_some() && !matches!(self.algorithm, Algorithm::Slices | Algorithm::Shells) {
+            return Err(Error::invalid(format!("slices jitter: the algorithm {} has no slices to shift", self.algorithm.name())));
+        }
+        if self.jitter.is_some() && m.extrapolate {
+            return Err(Error::invalid("slices extrapolate: noise of jitter (slices.jitter) is no series to extrapolate"));
+        }
+        if shells || self.jitter.is_some() {
+            let what = if shells { "render algorithm shells" } else { "slices jitter" };
+            if m.is_pre_integrated() {
+                return Err(Error::invalid(format!(
+                    "{what}: pre-integrated slabs end at flat slices, whose values they keep; choose post"
+                )));
+            }
+            if m.merge {
+                return Err(Error::invalid(format!("{what}: slabs merge (slices.merge) between flat slices alone")));
+            }
+            if surfaces {
+                return Err(Error::invalid(format!(
+                    "{what}: level surfaces are met between two flat slices; choose slices without jitter"
+                )));
+            }
+        }
+        if self.cuts.is_empty() {
+            return Ok(());
+        }
+        let no = |why: &str| Err(Error::invalid(format!("cut: planes inside the picture {why}")));
+        if self.opengl.is_some() {
+            return no("are not drawn by the profile opengl; choose accurate");
+        }
+        if !matches!(self.algorithm, Algorithm::Slices | Algorithm::Shells) {
+            return no(&format!("are for the algorithms slices and shells, not for {}", self.algorithm.name()));
+        }
+        if self.blend != Blend::Over {
+            return no("hide what is behind them: they are for render.blend \"over\" alone");
+        }
+        if m.is_pre_integrated() {
+            return no("end a ray between two slices, where pre-integrated slabs have no value; choose post");
+        }
+        if m.merge {
+            return no("end a ray anywhere: slabs do not merge (slices.merge) beside them");
+        }
+        Ok(())
     }
 
     /// The camera.
@@ -561,6 +629,11 @@ impl Scene {
     /// Planes that cut the box.
     pub fn clip_planes(&self) -> &[ClipPlane] {
         &self.clip_planes
+    }
+
+    /// Opaque planes inside the picture.
+    pub fn cuts(&self) -> &[CutPlane] {
+        &self.cuts
     }
 
     /// How fragments combine.

@@ -1,7 +1,7 @@
 //! The methods that are compared, by name.
 
-use crate::scene::{Accumulation, Classification, Ends, Filter, Method, SampleAt, SlabForm, Target};
-use crate::{Error, Result};
+use crate::scene::{Accumulation, Algorithm, Classification, Ends, Filter, Method, Projection, SampleAt, SlabForm, Target};
+use crate::{Error, Result, Scene};
 
 /// A way to integrate, under the name it has in reports.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -13,6 +13,10 @@ pub struct NamedMethod {
     pub about: &'static str,
     /// The choices it stands for.
     pub method: Method,
+    /// What draws, where that is not what draws the scene.
+    pub algorithm: Option<Algorithm>,
+    /// A seed of jitter, where stacks are shifted pixel by pixel although the scene does not ask for it.
+    pub jitter: Option<u32>,
     /// Whether slices are chosen block by block for an error asked for; else pictures of ever more slices are made.
     pub tolerance: bool,
     /// Why more slices do not lead to the reference, for methods that solve another problem.
@@ -34,6 +38,9 @@ impl NamedMethod {
     /// Whether it is a choice for pictures, and not there to be compared with: its error goes on falling, and at the order of its rule.
     pub fn is_a_choice(&self) -> bool {
         let m = &self.method;
+        if self.jitter.is_some() {
+            return false;
+        }
         let plain = Method { classification: Classification::Post, extrapolate: false, merge: false, ..*m } == BASE;
         plain && m.classification != Classification::Pre
     }
@@ -41,7 +48,26 @@ impl NamedMethod {
     /// Whether level surfaces are drawn as it says: they are met between slices, so that slabs and their sums do not matter, and only how values
     /// are looked up and how many slices there are does.
     pub(super) fn is_for_surfaces(&self) -> bool {
-        !self.method.filter.is_cubic() && Method { filter: BASE.filter, ..self.method } == BASE
+        let flat = self.algorithm.is_none() && self.jitter.is_none();
+        flat && !self.method.filter.is_cubic() && Method { filter: BASE.filter, ..self.method } == BASE
+    }
+
+    /// `scene` drawn by it.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] where the scene has parts that do not go together with it, and where it draws what another method draws already.
+    pub fn of(&self, scene: &Scene) -> Result<Scene> {
+        let mut scene = scene.clone().with_method(self.method)?;
+        if let Some(algorithm) = self.algorithm {
+            if algorithm == Algorithm::Shells && !matches!(scene.camera().projection(), Projection::Perspective { .. }) {
+                return Err(Error::invalid("along parallel rays shells are slices: their pictures are those of midpoint"));
+            }
+            scene = scene.with_algorithm(algorithm)?;
+        }
+        if self.jitter.is_some() {
+            scene = scene.with_jitter(self.jitter)?;
+        }
+        Ok(scene)
     }
 
     /// The method called `name`.
@@ -77,6 +103,8 @@ const PLAIN: NamedMethod = NamedMethod {
     name: "midpoint",
     about: "a sample in the middle of each slab: the default",
     method: BASE,
+    algorithm: None,
+    jitter: None,
     tolerance: false,
     other_limit: None,
     first: 32,
@@ -177,6 +205,13 @@ pub const METHODS: &[NamedMethod] = &[
         method: Method { filter: Filter::CUBIC, ..BASE },
         ..PLAIN
     },
+    NamedMethod {
+        name: "shells",
+        about: "midpoint on spherical shells about the eye, equally far apart on all rays",
+        algorithm: Some(Algorithm::Shells),
+        ..PLAIN
+    },
+    NamedMethod { name: "jitter", about: "midpoint, each pixel's slices shifted: noise in the place of rings", jitter: Some(0), ..PLAIN },
 ];
 
 #[cfg(test)]

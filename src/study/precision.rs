@@ -286,7 +286,7 @@ impl Bench<'_> {
     /// Pictures of one method: ever more slices, or ever smaller tolerances, for about `share` seconds. Each is made twice.
     fn series(&self, renderer: &mut Renderer, scene: &Scene, method: &NamedMethod, share: f64, found: &mut Found) -> Result<()> {
         let end = self.clock.gone() + share;
-        let base = scene.clone().with_method(method.method)?;
+        let base = method.of(scene)?;
         let truth = self.truth(method);
         let steps: Vec<(Slicing, Option<f64>)> = if method.tolerance {
             TOLERANCES.iter().map(|&t| (Slicing::Tolerance(t), Some(t))).collect()

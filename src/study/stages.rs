@@ -26,7 +26,7 @@ pub(super) fn measure(
     let mut list = Vec::new();
     for method in methods.iter().filter(|m| SHOWN.contains(&m.name)) {
         // Told where its pictures are missing.
-        let Ok(scene) = scene.clone().with_method(method.method) else { continue };
+        let Ok(scene) = method.of(scene) else { continue };
         let scene = scene.with_slices(Slicing::Count(slices))?;
         let mut plain = match renderer.render(&scene) {
             Ok((_, stats)) => stats.render_seconds,

@@ -6,8 +6,10 @@ mod blending;
 mod closed;
 mod convergence;
 mod cubic;
+mod cuts;
 mod extremes;
 mod fog;
+mod jitter;
 mod labels;
 mod light;
 mod lit;
@@ -18,6 +20,7 @@ mod pieces;
 mod projections;
 #[cfg(feature = "scene-file")]
 mod random_tolerance;
+mod shells;
 mod skipping;
 mod tally;
 

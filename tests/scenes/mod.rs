@@ -1,5 +1,7 @@
 //! Small scenes that go through every stage, shared by tests of determinism and of golden pictures.
 
+mod rays;
+
 use glam::{DMat3, DMat4, DQuat, DVec3, DVec4};
 use slicestack::scene::{
     Accumulation, Algorithm, AlphaTest, Arithmetic, Blend, BlendFunction, Camera, Classification, ClipPlane, Compare, Connectivity, Ends,
@@ -313,6 +315,7 @@ pub(crate) fn samples() -> Vec<Sample> {
     opengl(&mut list);
     lit(&mut list);
     cast(&mut list);
+    rays::rays(&mut list);
     list
 }
 

@@ -6,7 +6,7 @@
 use super::*;
 use crate::fragment::gradient::TakeGradient;
 use crate::fragment::gradient_opacity::WeighByGradient;
-use crate::fragment::light::{CueDepth, CueEach, Shade, ShadeEach};
+use crate::fragment::light::{CueDepth, CueEach, Shade, ShadeAlong, ShadeEach};
 use crate::proxy::Stack;
 use crate::scene::{Camera, Gradient, Light, LightSource, Lighting, Placement, Projection, TransferFunction};
 use crate::volume::Grid;
@@ -156,6 +156,10 @@ fn every_kernel_gives_the_same_bits_at_every_level() {
     levels_agree::<WeighByGradient>("gradient opacity", &[], &[U8]);
     levels_agree::<Shade>("light", &[], &[U8]);
     levels_agree::<ShadeEach>("light at own depths", &[texcoord], &[U8]);
+    levels_agree::<ShadeAlong>("light along rays", &[], &[U8]);
+    levels_agree::<FogAlong>("fog along rays", &[], &[U8]);
+    levels_agree::<TexcoordRays<false>>("texcoord along rays", &[], &[U8]);
+    levels_agree::<TexcoordRays<true>>("texcoord far along rays", &[], &[U8]);
     levels_agree::<CueDepth>("depth", &[], &[U8]);
     levels_agree::<CueEach>("depth of each", &[texcoord], &[U8]);
 }

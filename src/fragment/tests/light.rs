@@ -2,7 +2,7 @@
 
 use super::fetch::{Cells, place};
 use super::*;
-use crate::fragment::light::{CueDepth, CueEach, Shade, ShadeEach};
+use crate::fragment::light::{CueDepth, CueEach, Shade, ShadeAlong, ShadeEach};
 use crate::proxy::Stack;
 use crate::scene::{Camera, Gradient, Light, LightSource, Lighting, Placement, Projection, Shading, View};
 use crate::volume::Grid;
@@ -222,6 +222,30 @@ pub(super) fn shades_at_depths_of_their_own() {
         }
     }
     assert!(held > 5000, "{held} colours");
+}
+
+#[test]
+pub(super) fn shades_along_rays() {
+    let mut n = Numbers::new(84);
+    let none = Voxels::zeros(VoxelType::U8, 1);
+    let grid = grid();
+    let mut held = 0;
+    for round in 0..150 {
+        let view = view(&grid, direction(&mut n), round % 2 == 0);
+        let lighting = random_lighting(&mut n, &grid, &view);
+        let setting = Setting { lighting: &lighting, grid: &grid, view: &view };
+        let (frame, unit) = lighted(&mut n, &none, &setting);
+        let before = batch(&mut n);
+        let base = before.geometry.cells.base;
+        let low = [base % DIMS[0], base / DIMS[0] % DIMS[1], base / (DIMS[0] * DIMS[1])];
+        let rays = before.rays.as_deref().expect("the batch has rays");
+        let world = |i: usize| {
+            let index = [0, 1, 2].map(|a: usize| low[a] as f64 + f64::from(rays.place[a][i]));
+            grid.index_to_world().transform_point3(DVec3::from_array(index))
+        };
+        held += hold::<ShadeAlong>(&setting, unit, &frame, &before, world);
+    }
+    assert!(held > 2500, "{held} colours");
 }
 
 /// Lights where directions end: at the eye, behind it, in a fragment, exactly opposite to the eye, farther than f32 counts.

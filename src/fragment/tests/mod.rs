@@ -19,12 +19,13 @@ mod pair;
 mod pieces;
 mod place;
 mod project;
+mod rays;
 mod shade;
 mod surfaces;
 mod transfer2d;
 
 use super::batch::Batch;
-use super::fog::{FogEach, FogPlanar, FogRadial};
+use super::fog::{FogAlong, FogEach, FogPlanar, FogRadial};
 use super::frame::{FogFrame, Frame};
 use super::*;
 use crate::lanes::tests::Numbers;
@@ -45,7 +46,7 @@ const ROUNDING: f64 = f32::EPSILON as f64 / 2.0;
 fn twins(id: StageId) -> &'static [fn()] {
     match id {
         StageId::Span => &[place::spans, place::spans_of_slabs_between_slices],
-        StageId::Texcoord => &[place::cells, place::cells_of_large_volumes, place::cells_of_parts],
+        StageId::Texcoord => &[place::cells, place::cells_of_large_volumes, place::cells_of_parts, rays::cells_along_rays],
         StageId::Fetch => &[
             fetch::pairs_of_8_bits,
             fetch::pairs_of_16_bits,
@@ -79,10 +80,16 @@ fn twins(id: StageId) -> &'static [fn()] {
         ],
         StageId::Optional(OptionalStage::GradientOpacity) => &[gradient::opacity],
         StageId::Optional(OptionalStage::Transfer2d) => &[transfer2d::regions, transfer2d::tables],
-        StageId::Optional(OptionalStage::Light) => {
-            &[light::shades, light::shades_at_depths_of_their_own, light::darkness_by_depth, light::special_lights]
+        StageId::Optional(OptionalStage::Light) => &[
+            light::shades,
+            light::shades_at_depths_of_their_own,
+            light::shades_along_rays,
+            light::darkness_by_depth,
+            light::special_lights,
+        ],
+        StageId::Optional(OptionalStage::Fog) => {
+            &[shade::fog_of_a_slice, shade::fog_by_distance, shade::fog_of_each_fragment, shade::fog_along_rays]
         }
-        StageId::Optional(OptionalStage::Fog) => &[shade::fog_of_a_slice, shade::fog_by_distance, shade::fog_of_each_fragment],
         StageId::Mask => &[shade::mask],
         StageId::Blend => &[
             blend::front_to_back,
@@ -135,10 +142,11 @@ enum Part {
     GradientLanes,
     GradientsTaken,
     Thinness,
+    Place,
 }
 
 impl Part {
-    const ALL: [Self; 21] = [
+    const ALL: [Self; 22] = [
         Self::Mask,
         Self::Ended,
         Self::Shown,
@@ -160,6 +168,7 @@ impl Part {
         Self::GradientLanes,
         Self::GradientsTaken,
         Self::Thinness,
+        Self::Place,
     ];
 
     /// Its bits; one number for all NaN, because no bits of NaN are promised.
@@ -189,6 +198,7 @@ impl Part {
             Self::GradientLanes => vec![b.gradient().lanes],
             Self::GradientsTaken => vec![b.gradient().taken],
             Self::Thinness => floats(b.thinness.as_deref()),
+            Self::Place => floats(b.rays.as_deref().iter().flat_map(|rays| &rays.place)),
         }
     }
 }
@@ -345,5 +355,18 @@ fn batch(n: &mut Numbers) -> Box<Batch> {
         (0..3).for_each(|a| b.gradient_mut().normal[a][i] = if there { (normal[a] / length) as f32 } else { 0.0 });
     }
     b.thinness = Some(Box::new(std::array::from_fn(|_| if n.bits() % 9 == 0 { 0.0 } else { n.unit32() })));
+    let mut rays = RayBatch::new();
+    for axis in 0..3 {
+        (rays.top[axis], rays.last[axis]) = ((DIMS[axis] - 2) as f64, (DIMS[axis] - 1) as f64);
+        for i in 0..BATCH {
+            rays.start[axis][i] = n.between(-2.0, DIMS[axis] as f64);
+            rays.step[axis][i] = n.between(-0.5, 0.5);
+            rays.place[axis][i] = n.unit32() * 9.0;
+        }
+    }
+    for i in 0..BATCH {
+        (rays.along[i], rays.along_step[i], rays.aside_squared[i]) = (n.unit32() * 9.0, n.unit32(), n.unit32() * 5.0);
+    }
+    b.rays = Some(rays);
     b
 }

@@ -186,6 +186,28 @@ pub(super) fn fog_by_distance() {
     }
 }
 
+#[test]
+pub(super) fn fog_along_rays() {
+    let mut n = Numbers::new(67);
+    let none = Voxels::zeros(VoxelType::U8, 1);
+    let modes = [
+        FogMode::Linear { start: 1.0, end: 9.0 },
+        FogMode::Linear { start: 5.0, end: 5.0 },
+        FogMode::Exp { density: 0.3 },
+        FogMode::Exp2 { density: 0.2 },
+    ];
+    for round in 0..30 * modes.len() {
+        let mode = modes[round % modes.len()];
+        let frame = with_fog(&mut n, &none, mode, round / modes.len() % 2 == 0);
+        let before = batch(&mut n);
+        hold_fog::<FogAlong>(&frame, &before, |i| {
+            let rays = before.rays.as_deref().expect("the batch has rays");
+            let along = f64::from(rays.along[i]) + f64::from(before.slice) * f64::from(rays.along_step[i]);
+            factor(mode, (along * along + f64::from(rays.aside_squared[i])).sqrt())
+        });
+    }
+}
+
 /// Fragments of shown rows that are not covered have neither colour nor opacity; others stay as they are.
 #[test]
 pub(super) fn mask() {

@@ -18,7 +18,22 @@ use pairs::ValueHistory;
 use std::array;
 
 /// Lanes in which nothing shows that make it worth looking for such in the next slice's batch before interpolation.
-const MOSTLY_HIDDEN: u64 = 2 * SIDE as u64;
+pub(super) const MOSTLY_HIDDEN: u64 = 2 * SIDE as u64;
+
+/// What a block's pixels begin with.
+#[inline(always)]
+pub(super) fn begin(work: &Work<'_, '_>, transform: &BlockTransform, batch: &mut Batch) {
+    let [red, green, blue, transmittance] = work.start;
+    batch.pixels.color = [[red; BATCH], [green; BATCH], [blue; BATCH]];
+    batch.pixels.transmittance = [transmittance; BATCH];
+    if work.compensated {
+        batch.pixels.excess = [[0.0; BATCH]; 4];
+    }
+    batch.pixels.alive = u64::MAX;
+    batch.mostly_hidden = false;
+    transform.prepare(work.frame, batch);
+    batch.slab.length = batch.pixels.slant;
+}
 
 /// The slices of a block of which something may show.
 #[inline(never)]
@@ -31,16 +46,7 @@ pub(super) fn march<W: Observer>(
     counters: &mut Counters,
     observer: &mut W,
 ) {
-    let [red, green, blue, transmittance] = work.start;
-    batch.pixels.color = [[red; BATCH], [green; BATCH], [blue; BATCH]];
-    batch.pixels.transmittance = [transmittance; BATCH];
-    if work.compensated {
-        batch.pixels.excess = [[0.0; BATCH]; 4];
-    }
-    batch.pixels.alive = u64::MAX;
-    batch.mostly_hidden = false;
-    transform.prepare(work.frame, batch);
-    batch.slab.length = batch.pixels.slant;
+    begin(work, &transform, batch);
     observer.block(work.stack, x0, y0, batch);
     let slices = observer.slices(range.any.0..range.any.1 + 1);
     let window = (f64::from(x0) + 0.5, f64::from(y0) + 0.5);

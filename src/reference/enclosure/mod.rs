@@ -182,6 +182,9 @@ fn refused(scene: &Scene) -> Option<&'static str> {
     if scene.opengl().is_some() {
         return Some("render profile opengl");
     }
+    if !scene.cuts().is_empty() {
+        return Some("cut planes inside the picture");
+    }
     if scene.linear_light() {
         return Some("render linear_light");
     }

@@ -15,6 +15,7 @@ mod animation;
 mod annotate;
 mod camera;
 mod clip;
+mod cut;
 mod fog;
 mod image;
 mod light;
@@ -95,6 +96,9 @@ struct Document {
     /// Up to six planes that cut the box.
     #[serde(skip_serializing_if = "is_default")]
     clip: Vec<clip::ClipKeys>,
+    /// Up to six opaque planes inside the box that show the data on them.
+    #[serde(skip_serializing_if = "is_default")]
+    cut: Vec<cut::CutKeys>,
 }
 
 /// Whether a section says nothing.
@@ -223,6 +227,7 @@ impl SceneFile {
         data.scene.check().map_err(|e| cx.places.locate(e))?;
         d.slices.finish(&mut data)?;
         d.fog.finish(&mut data)?;
+        cut::finish(&mut data);
         let Data { scene, mut warnings, notes, .. } = data;
         if let Origin::Raw(_, spec) = &self.source.origin {
             let other = if spec.endian == Endian::Little { "big" } else { "little" };
@@ -237,7 +242,11 @@ impl SceneFile {
         if min == max && volume.statistics().non_finite == 0 {
             warnings.push(format!("every voxel is {min}: the picture shows the box and nothing in it"));
         }
-        if matches!(scene.blend(), Blend::Over | Blend::Add) && scene.transfer2d().is_none() && !scene.transfer().opaque_within(min, max) {
+        if matches!(scene.blend(), Blend::Over | Blend::Add)
+            && scene.transfer2d().is_none()
+            && scene.cuts().is_empty()
+            && !scene.transfer().opaque_within(min, max)
+        {
             warnings.push(format!("the picture is empty: the transfer function is transparent from {min} to {max}, all the data has"));
         }
         Ok(ResolvedScene { scene, warnings, notes })
@@ -288,7 +297,8 @@ impl Document {
         let scene = clip::apply(&self.clip, cx, scene)?;
         let scene = self.render.apply(cx, scene)?;
         let scene = self.transfer2d.apply(cx, scene)?;
-        self.light.apply(&self.lights, None, cx, scene)
+        let scene = self.light.apply(&self.lights, None, cx, scene)?;
+        cut::apply(&self.cut, cx, scene)
     }
 
     /// `method` with what three sections change about it.

@@ -1,33 +1,32 @@
 //! The value at a place of the volume, by each filter, in f64.
 
-use crate::plan::VolumeData;
+use super::Scaling;
 use crate::scene::Filter;
 use crate::volume::Volume;
-use crate::{Error, Result};
+use crate::volume::spline::Coefficients;
 use glam::DVec3;
 
 /// How values between voxels are found.
-pub(super) enum Lookup<'v> {
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum PointLookup<'v> {
     Linear(&'v Volume),
     Nearest(&'v Volume),
-    Cubic(&'v Volume, Box<VolumeData>),
+    /// The spline's coefficients, and how the numbers that they are become values.
+    Cubic(&'v Volume, &'v Coefficients, Scaling),
 }
 
-impl<'v> Lookup<'v> {
-    /// Looks `volume` up by `filter`.
-    pub(super) fn new(volume: &'v Volume, filter: Filter) -> Result<Self> {
-        Ok(match filter {
-            Filter::Linear => Self::Linear(volume),
-            Filter::Nearest => Self::Nearest(volume),
-            Filter::Cubic { prefilter } => {
-                let refused = || Error::invalid("filter cubic: this machine does not give the memory for its coefficients");
-                Self::Cubic(volume, Box::new(VolumeData::of_spline(volume, prefilter).ok_or_else(refused)?))
-            }
-        })
+impl<'v> PointLookup<'v> {
+    /// Looks `volume` up by `filter`; `data` holds the coefficients of its spline, where that is asked for.
+    pub(crate) fn new(volume: &'v Volume, filter: Filter, data: Option<&'v super::VolumeData>) -> Self {
+        match (filter, data.and_then(|data| Some((data.coefficients.as_ref()?, data.scaling)))) {
+            (Filter::Cubic { .. }, Some((coefficients, scaling))) => Self::Cubic(volume, coefficients, scaling),
+            (Filter::Nearest, _) => Self::Nearest(volume),
+            (Filter::Linear | Filter::Cubic { .. }, _) => Self::Linear(volume),
+        }
     }
 
     /// The value at index coordinates `at` in the data's units, clamped to the outermost voxels.
-    pub(super) fn value(&self, at: DVec3) -> f64 {
+    pub(crate) fn value(&self, at: DVec3) -> f64 {
         match self {
             Self::Linear(volume) => volume.sample(at),
             Self::Nearest(volume) => {
@@ -35,7 +34,7 @@ impl<'v> Lookup<'v> {
                 // Halfway between two voxels the upper one counts, as in the pipeline.
                 volume.value([0, 1, 2].map(|axis| (libm::floor(at[axis] + 0.5).max(0.0) as usize).min(dims[axis] - 1)))
             }
-            Self::Cubic(volume, data) => spline(volume, data, at),
+            Self::Cubic(volume, coefficients, scaling) => scaling.scale * spline(volume.grid().dims(), coefficients, at) + scaling.offset,
         }
     }
 }
@@ -47,9 +46,8 @@ fn weights(w: f64) -> [f64; 4] {
     [w0, 4.0 + 3.0 * w * w * (w - 2.0), 4.0 + 3.0 * r * r * (r - 2.0), w3].map(|x| x / 6.0)
 }
 
-fn spline(volume: &Volume, data: &VolumeData, at: DVec3) -> f64 {
-    let Some(coefficients) = &data.coefficients else { unreachable!("the spline's data has its coefficients") };
-    let dims = volume.grid().dims();
+/// The number of the spline at `at`.
+fn spline(dims: [usize; 3], coefficients: &Coefficients, at: DVec3) -> f64 {
     let mut cell = [0usize; 3];
     let mut weight = [[0.0; 4]; 3];
     for axis in 0..3 {
@@ -69,5 +67,5 @@ fn spline(volume: &Volume, data: &VolumeData, at: DVec3) -> f64 {
         }
         sum += weight[2][k] * layer;
     }
-    data.scaling.scale * sum + data.scaling.offset
+    sum
 }
