@@ -248,6 +248,9 @@ pub(crate) struct Batch {
     pub(crate) thinness: Option<Box<[f32; BATCH]>>,
     /// Numbers that stand for the values looked up, where [`Sample::value`] holds positions in a table instead: see `labels.rs`.
     pub(crate) numbers: Option<Box<[f32; BATCH]>>,
+    /// Index coordinates of fragments that each lie at a place of their own, where light needs them: cells and weights are those of the lookups, which end
+    /// at the outermost voxels' centres.
+    pub(crate) places: Option<Box<[[f64; BATCH]; 3]>>,
 }
 
 impl Batch {
@@ -297,6 +300,7 @@ impl Batch {
             hits: hits.then(SurfaceHits::new),
             thinness: None,
             numbers: None,
+            places: None,
         })
     }
 
