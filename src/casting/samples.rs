@@ -47,6 +47,7 @@ impl<'p, 'v> Samples<'p, 'v> {
         // Samples at depths of their own, of rays that no stage is to end.
         batch.slice = BEHIND;
         batch.pixels.transmittance = [1.0; BATCH];
+        batch.places = plan.frame.optional.light.is_some().then(|| Box::new([[0.0; BATCH]; 3]));
         Self {
             plan,
             batch,
@@ -131,6 +132,11 @@ impl<'p, 'v> Samples<'p, 'v> {
                 let cell = libm::trunc(u).min(self.top[axis]);
                 batch.sample.weight[axis][i] = (u - cell) as f32;
                 at[i] += cell as u64 * strides[axis];
+            }
+        }
+        if let Some(places) = batch.places.as_deref_mut() {
+            for (i, piece) in self.pieces[..count].iter().enumerate() {
+                (0..3).for_each(|axis| places[axis][i] = piece.place[axis]);
             }
         }
         let base = at[..count].iter().copied().fold(u64::MAX, u64::min);

@@ -251,6 +251,9 @@ pub(crate) struct Batch {
     pub(crate) rays: Option<Box<RayBatch>>,
     /// Numbers that stand for the values looked up, where [`Sample::value`] holds positions in a table instead: see `labels.rs`.
     pub(crate) numbers: Option<Box<[f32; BATCH]>>,
+    /// Index coordinates of fragments that each lie at a place of their own, where light needs them: cells and weights are those of the lookups, which end
+    /// at the outermost voxels' centres.
+    pub(crate) places: Option<Box<[[f64; BATCH]; 3]>>,
 }
 
 impl Batch {
@@ -301,6 +304,7 @@ impl Batch {
             thinness: None,
             rays: None,
             numbers: None,
+            places: None,
         })
     }
 

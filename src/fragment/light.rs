@@ -254,6 +254,9 @@ impl Places for AlongRays {
 
 /// Index coordinates of fragment `i` relative to the base voxel, whose own are `base`.
 fn place(frame: &Frame<'_>, batch: &Batch, base: [usize; 3], i: usize) -> [f32; 3] {
+    if let Some(places) = batch.places.as_deref() {
+        return [0, 1, 2].map(|axis: usize| (places[axis][i] - base[axis] as f64) as f32);
+    }
     let offset = if frame.sample.far { batch.rare.far_offset[i] as usize } else { batch.sample.offset[i] as usize };
     let cell = index_of(batch.geometry.cells.base + offset, frame.sample.strides);
     [0, 1, 2].map(|axis: usize| ((cell[axis] as f64 - base[axis] as f64) + f64::from(batch.sample.weight[axis][i])) as f32)

@@ -3,14 +3,21 @@
 use crate::{PARALLEL, constant, drawn, largest, looking, numbers, plain, rms, scenes, telling, with};
 use glam::DVec3;
 use slicestack::reference::{Region, image};
-use slicestack::scene::{Algorithm, Blend, Hit, LevelSurface, Lighting, Projection, Slicing};
+use slicestack::scene::{Algorithm, Blend, Hit, LevelSurface, Lighting, Projection, Shading, Slicing};
 use slicestack::volume::phantom::Phantom;
 use slicestack::{Scene, Volume};
 
 #[test]
 fn along_parallel_rays_they_draw_what_slices_draw() {
     let mut compared = Vec::new();
-    for scenes::Sample { name, volume, scene } in scenes::samples() {
+    let mut samples = scenes::samples();
+    // A depth cue goes by where samples are, also beyond the outermost voxels' centres.
+    let mut cued = samples.iter().find(|s| s.name == "2x3x5").unwrap().clone();
+    let mut cue = Lighting::default();
+    cue.shading = Shading::Depth;
+    (cued.name, cued.scene) = ("lit by a depth cue", cued.scene.with_lighting(Some(cue)).unwrap());
+    samples.push(cued);
+    for scenes::Sample { name, volume, scene } in samples {
         if scene.algorithm() != Algorithm::Slices || !matches!(scene.camera().projection(), Projection::Orthographic { .. }) {
             continue;
         }
@@ -21,12 +28,24 @@ fn along_parallel_rays_they_draw_what_slices_draw() {
         println!("{name}: {difference:.1e}");
         // Normals of the smallest gradients turn with rounding.
         let mean = rms(&drawn(&volume, &scene), &drawn(&volume, &cast));
-        assert!(mean < 2e-5 && difference < if name.starts_with("lit") { 2e-3 } else { 2e-5 }, "{name}: {difference}, {mean}");
+        assert!(mean < 2e-5 && difference < if name.starts_with("lit") { 2e-4 } else { 2e-5 }, "{name}: {difference}, {mean}");
         compared.push(name);
     }
-    for wanted in
-        ["mip", "average", "add", "lmip", "fog-linear-radial", "clip-one", "nodes", "oblique", "holes", "lit", "nearest", "surfaces-lit"]
-    {
+    for wanted in [
+        "mip",
+        "average",
+        "add",
+        "lmip",
+        "fog-linear-radial",
+        "clip-one",
+        "nodes",
+        "oblique",
+        "holes",
+        "lit",
+        "nearest",
+        "surfaces-lit",
+        "lit by a depth cue",
+    ] {
         assert!(compared.contains(&wanted), "{wanted} is not compared: {compared:?}");
     }
     assert!(compared.len() > 30, "{compared:?}");

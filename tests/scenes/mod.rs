@@ -14,6 +14,7 @@ use slicestack::volume::{BoxConvention, Grid, VoxelType, Voxels};
 use slicestack::{Limits, Scene, Volume};
 
 /// A volume and a scene of it.
+#[derive(Clone)]
 pub(crate) struct Sample {
     pub(crate) name: &'static str,
     pub(crate) volume: Volume,
