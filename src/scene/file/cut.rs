@@ -44,17 +44,19 @@ pub(super) fn of(scene: &Scene) -> Vec<CutKeys> {
 /// `scene` with `planes` inside it.
 pub(super) fn apply(planes: &[CutKeys], cx: &Context<'_>, scene: Scene) -> Result<Scene> {
     let plane = |(i, keys): (usize, &CutKeys)| {
-        let mut plane = CutPlane::new(DVec3::from_array(keys.normal), keys.offset)?;
+        let refused = |e: crate::Error| cx.error(&format!("cut[{i}]"), e.to_string());
+        let mut plane = CutPlane::new(DVec3::from_array(keys.normal), keys.offset).map_err(refused)?;
         if let Some(name) = &keys.colormap {
             plane = plane.with_colors(cx.named(&format!("cut[{i}].colormap"), name, &ColorMap::ALL, ColorMap::name)?);
         }
         match keys.window {
-            Some([center, width]) => plane.with_window(center, width),
+            Some([center, width]) => plane.with_window(center, width).map_err(refused),
             None => Ok(plane),
         }
     };
     let planes: Result<Vec<CutPlane>> = planes.iter().enumerate().map(plane).collect();
-    scene.with_cuts(planes?).map_err(|e| cx.error("cut", e.to_string()))
+    // Refusals of the scene's begin with the section.
+    scene.with_cuts(planes?).map_err(|e| cx.error("cut", e.to_string().trim_start_matches("cut: ")))
 }
 
 /// Tells which values planes without a window show.
