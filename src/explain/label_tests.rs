@@ -20,7 +20,13 @@ fn meet(a: &Rectangle, b: &Rectangle) -> bool {
 
 fn grids() -> Vec<Grid> {
     let sheared = DMat3::from_cols(DVec3::new(1.0, 0.1, 0.0), DVec3::new(0.4, 1.3, 0.2), DVec3::new(-0.3, 0.1, 2.0));
-    let plain = [([40, 60, 80], [1.0; 3]), ([64, 64, 64], [1.0; 3]), ([200, 200, 2], [1.0; 3]), ([2, 3, 150], [1.0; 3]), ([9, 9, 9], [1.0, 4.0, 0.2])];
+    let plain = [
+        ([40, 60, 80], [1.0; 3]),
+        ([64, 64, 64], [1.0; 3]),
+        ([200, 200, 2], [1.0; 3]),
+        ([2, 3, 150], [1.0; 3]),
+        ([9, 9, 9], [1.0, 4.0, 0.2]),
+    ];
     let mut grids: Vec<Grid> = plain.iter().map(|&(dims, spacing)| Grid::with_spacing(dims, spacing).unwrap()).collect();
     grids.push(Grid::new([20, 30, 25], DVec3::new(3.0, -5.0, 1.0), sheared).unwrap());
     grids
@@ -44,7 +50,10 @@ fn no_two_labels_of_the_drawing_overlap() {
                 .iter()
                 .map(|l| rectangle(l.at.unwrap_or_else(|| panic!("{case}: no room for {}", l.text)), l.text, height_of(l.axis)))
                 .collect();
-            assert_eq!(record.labels[at].iter().filter_map(|l| l.axis.map(|a| (l.text, a))).collect::<Vec<_>>(), [("x", 0), ("y", 1), ("z", 2)]);
+            assert_eq!(
+                record.labels[at].iter().filter_map(|l| l.axis.map(|a| (l.text, a))).collect::<Vec<_>>(),
+                [("x", 0), ("y", 1), ("z", 2)]
+            );
             for slice in &record.slices {
                 let mut all = still.clone();
                 for (i, v) in slice.vertices.iter().enumerate() {
@@ -58,7 +67,11 @@ fn no_two_labels_of_the_drawing_overlap() {
                 // A dot has a radius of 4.
                 let dots = slice.vertices.iter().map(|v| [v.drawn[0] - 4.0, v.drawn[0] + 4.0, v.drawn[1] - 4.0, v.drawn[1] + 4.0]);
                 let numbers = &all[still.len()..];
-                assert!(!dots.into_iter().any(|dot| numbers.iter().any(|n| meet(n, &dot))), "{case}: slice {}: a number on a dot", slice.slice);
+                assert!(
+                    !dots.into_iter().any(|dot| numbers.iter().any(|n| meet(n, &dot))),
+                    "{case}: slice {}: a number on a dot",
+                    slice.slice
+                );
                 seen += numbers.len();
             }
         }
@@ -72,13 +85,14 @@ fn no_two_labels_of_the_drawing_overlap() {
         }
         // As many clip planes as there can be cut all corners off.
         let middle = grid.center();
-        let planes: Vec<ClipPlane> = [[1.0, 1.0, 1.0], [-1.0, 1.0, 1.0], [1.0, -1.0, 1.0], [-1.0, -1.0, -1.0], [1.0, 1.0, -1.0], [-1.0, 1.0, -1.0]]
-            .iter()
-            .map(|n| {
-                let normal = DVec3::from_array(*n).normalize();
-                ClipPlane::new(normal, normal.dot(middle) - 0.5 * grid.radius()).unwrap()
-            })
-            .collect();
+        let planes: Vec<ClipPlane> =
+            [[1.0, 1.0, 1.0], [-1.0, 1.0, 1.0], [1.0, -1.0, 1.0], [-1.0, -1.0, -1.0], [1.0, 1.0, -1.0], [-1.0, 1.0, -1.0]]
+                .iter()
+                .map(|n| {
+                    let normal = DVec3::from_array(*n).normalize();
+                    ClipPlane::new(normal, normal.dot(middle) - 0.5 * grid.radius()).unwrap()
+                })
+                .collect();
         check(&grid, 25.0, 20.0, 5.0, WIDE, &planes);
     }
     assert!(seen > 10_000, "{seen}");
@@ -94,7 +108,8 @@ fn letters_stand_at_the_ends_of_their_axes() {
     let record = StackRecord::new(&stack, grid, &side, 0..stack.count, None);
     let away = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2);
     for label in record.labels[0].iter().filter(|l| l.axis.is_some()) {
-        let nearest = (0..8).min_by(|&a, &b| away(record.corners[a], label.at.unwrap()).total_cmp(&away(record.corners[b], label.at.unwrap())));
+        let nearest =
+            (0..8).min_by(|&a, &b| away(record.corners[a], label.at.unwrap()).total_cmp(&away(record.corners[b], label.at.unwrap())));
         assert_eq!(nearest, label.axis.map(|a| 1 << a), "{}", label.text);
     }
     for (axis, far) in [1, 2, 4].into_iter().enumerate() {

@@ -14,9 +14,11 @@ mod advice;
 mod balance;
 mod clock;
 mod cost;
+mod details;
 mod gradients;
 mod hits;
 mod joint_plot;
+mod lessons;
 mod methods;
 
 mod plot;
@@ -32,10 +34,12 @@ mod transfer_plot;
 pub use methods::{METHODS, NamedMethod};
 pub use precision::{Options, Study, study};
 pub use record::{
-    Advice, Balance, Cost, GradientKind, HitKind, MethodRecord, Point, PreIntegration, Record, Setting, Shared, SlicesFor, StageTime,
+    Advice, Balance, Cost, Detail, GradientKind, HitKind, MethodRecord, Point, PreIntegration, Record, Setting, Shared, SlicesFor,
+    StageTime,
 };
 
 pub use joint_plot::joint_histogram_png;
+pub use lessons::{LESSONS, Lesson, Shown};
 pub use report::{File, scene_files, stability_files};
 pub use stability::{CountPoint, RiemannPoint, Row, Stability, stability};
 pub use transfer_plot::{Units, transfer_png};

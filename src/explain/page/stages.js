@@ -56,7 +56,7 @@ function slicesPanel(place) {
   if (!slice.vertices.length) return [...parts, note("", "The clip planes leave nothing of the box on this plane: it has no polygon and no fragments.")];
   const cuts = slice.vertices.filter((v) => v.on.some((s) => s >= 6)).length, edges = slice.vertices.length - cuts;
   parts.push(para(`Plane and box share a convex polygon. This one has ${plural(slice.vertices.length, "corner")}${cuts ? `: ${edges} on edges of the box, ${cuts} on clip planes` : ", one for each edge of the box that the plane meets"}. Counter-clockwise as the eye sees them:`));
-  parts.push(table(["corner", "<where", "window: column, row (pixels)", ...["s", "t", "p"].map((name, axis) => [`texture ${name}, along `, axisLetter(axis)])], slice.vertices.map((v, i) => [strong(String(i + 1)), words(vertexName(v)), v.window.map((x) => num(x, 6)).join(", "), ...v.texture.map((x) => num(Math.abs(x) < 1e-12 ? 0 : x, 4))])));
+  parts.push(table(["corner", "<where", "window: column, row", ...["s", "t", "p"].map((name, axis) => [`${name}, along `, axisLetter(axis)])], slice.vertices.map((v, i) => [strong(String(i + 1)), words(vertexName(v)), v.window.map((x) => num(x, 6)).join(", "), ...v.texture.map((x) => num(Math.abs(x) < 1e-12 ? 0 : x, 4))])));
   parts.push(para(stack.perspective
     ? "On a plane of constant depth the texture coordinates are affine in the window's column and row, in perspective too: between corners they need no division, and q stays 1."
     : "Parallel rays: the texture coordinates are affine in the window's column and row, and q stays 1."));

@@ -13,6 +13,8 @@ pub(in crate::study) struct Curve {
     pub(in crate::study) look: usize,
     /// A plain thin dashed line without marks: a prediction, not a measurement.
     pub(in crate::study) guide: bool,
+    /// Not one of those to look at: grey, behind the others.
+    pub(in crate::study) faint: bool,
 }
 
 /// What is plotted.
@@ -60,26 +62,34 @@ impl Chart {
             .iter()
             .map(|c| c.points.iter().filter(|p| p.iter().all(|v| *v > 0.0 && v.is_finite())).map(place).collect())
             .collect();
-        for (curve, points) in self.curves.iter().zip(&shown) {
-            let dash = curve.guide.then_some([5.0, 4.0]);
-            let width = if curve.guide { 1.0 } else { 1.8 };
-            shapes.push(Shape::Line { points: points.clone(), ink: ink(curve), width, dash });
-        }
-        for (curve, points) in self.curves.iter().zip(&shown).filter(|(c, _)| !c.guide) {
-            shapes.extend(points.iter().map(|&p| marker(curve.look, p, 4.0)));
-        }
+        let mut parts: Vec<Vec<Shape>> = self.curves.iter().zip(&shown).map(|(curve, points)| drawn(curve, points)).collect();
         if wide {
-            frame.names_beside(&self.curves, &shown, &mut shapes);
+            frame.names_beside(&self.curves, &shown, &mut parts);
         } else {
-            for (i, curve) in self.curves.iter().enumerate() {
+            for (i, (curve, parts)) in self.curves.iter().zip(&mut parts).enumerate() {
                 let (column, row) = (i as f64 % per_row, (i as f64 / per_row).floor());
                 let at = [14.0 + column * names, frame.bottom + 48.0 + row * ROW];
-                shapes.extend(sign(curve, at));
-                shapes.push(text([at[0] + 12.0, at[1]], &curve.name, ink(curve), Anchor::Start, false));
+                parts.extend(sign(curve, at));
+                parts.push(text([at[0] + 12.0, at[1]], &curve.name, ink(curve), Anchor::Start, false));
             }
         }
+        let mut curves: Vec<Shape> =
+            self.curves.iter().zip(parts).map(|(curve, shapes)| Shape::Curve { faint: curve.faint, shapes }).collect();
+        // Those to look at lie on top.
+        curves.sort_by_key(|curve| !matches!(curve, Shape::Curve { faint: true, .. }));
+        shapes.extend(curves);
         Drawing { width, height: frame.bottom + 42.0 + legend, title: self.title.clone(), shapes }
     }
+}
+
+/// A curve's line and marks.
+fn drawn(curve: &Curve, points: &[[f64; 2]]) -> Vec<Shape> {
+    let (dash, width) = (curve.guide.then_some([5.0, 4.0]), if curve.guide || curve.faint { 1.0 } else { 1.8 });
+    let mut shapes = vec![Shape::Line { points: points.to_vec(), ink: ink(curve), width, dash }];
+    if !curve.guide {
+        shapes.extend(points.iter().map(|&p| marker(curve.look, p, if curve.faint { 3.0 } else { 4.0 })));
+    }
+    shapes
 }
 
 fn ink(curve: &Curve) -> Ink {
@@ -147,7 +157,7 @@ impl Frame {
     }
 
     /// Names beside the last points, moved apart where they would lie on each other.
-    fn names_beside(&self, curves: &[Curve], shown: &[Vec<[f64; 2]>], shapes: &mut Vec<Shape>) {
+    fn names_beside(&self, curves: &[Curve], shown: &[Vec<[f64; 2]>], parts: &mut [Vec<Shape>]) {
         let mut list: Vec<(usize, [f64; 2])> =
             shown.iter().enumerate().filter_map(|(i, points)| Some((i, *points.iter().max_by(|a, b| a[0].total_cmp(&b[0]))?))).collect();
         list.sort_by(|a, b| a.1[1].total_cmp(&b.1[1]).then(a.0.cmp(&b.0)));
@@ -162,7 +172,7 @@ impl Frame {
             floor = *h - ROW;
         }
         for (&(i, end), &h) in list.iter().zip(&heights) {
-            let (curve, at) = (&curves[i], [self.right + 18.0, h]);
+            let (curve, shapes, at) = (&curves[i], &mut parts[i], [self.right + 18.0, h]);
             let points = vec![[end[0] + 6.0, end[1]], [self.right + 4.0, h], [at[0] - 7.0, h]];
             shapes.push(Shape::Line { points, ink: Ink::Grid, width: 1.0, dash: None });
             shapes.extend(sign(curve, at));

@@ -6,6 +6,7 @@ mod page;
 mod pictures;
 mod scene;
 mod stability;
+mod strip;
 
 pub use scene::scene_files;
 pub use stability::stability_files;

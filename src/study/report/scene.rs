@@ -6,7 +6,7 @@ use super::super::precision::Study;
 use super::super::record::{Advice, Balance, GradientKind, MethodRecord, Point, Record, Shared};
 use super::page::{Cell, page, table};
 use super::pictures::{difference, png};
-use super::{File, Plot, charts, error, hits, or_dash, time};
+use super::{File, Plot, charts, error, hits, or_dash, strip, time};
 use crate::Result;
 use crate::reference::metrics;
 use base64::Engine;
@@ -20,6 +20,7 @@ pub fn scene_files(study: &Study) -> Result<Vec<File>> {
     let record = &study.record;
     let mut files = vec![
         File::json("report.json", record)?,
+        File::csv("details.csv", &record.details)?,
         File::csv("points.csv", &record.points)?,
         File::csv("methods.csv", &record.methods)?,
         File::csv("stages.csv", &record.stages)?,
@@ -35,7 +36,9 @@ pub fn scene_files(study: &Study) -> Result<Vec<File>> {
         files.extend(plot.files(name)?);
     }
     let pictures = pictures(study)?;
-    files.push(File::text("report.html", html(record, &plots, &pictures)));
+    let details = strip::pictures(study)?;
+    files.push(File::text("report.html", html(record, &plots, &pictures, &strip::section(record, &details))));
+    files.extend(details);
     files.extend(pictures.into_iter().map(|p| File { name: p.name, bytes: p.bytes }));
     Ok(files)
 }
@@ -100,11 +103,15 @@ fn plots(record: &Record) -> Vec<(&'static str, Plot, String)> {
             "work-precision",
             charts::work_precision(record),
             format!(
-                "{} x {} pixels, {} threads, {}. Each mark is a picture; along a curve the number of slices doubles, or the tolerance falls.",
-                s.image[0], s.image[1], s.threads, s.simd
+                "{} x {} pixels, {} threads, {}. Each mark is a picture; along a curve the number of slices doubles, or the tolerance falls.{}",
+                s.image[0],
+                s.image[1],
+                s.threads,
+                s.simd,
+                charts::in_grey(record)
             ),
         ),
-        ("convergence", charts::convergence(record), "Dashed: the slopes of orders 1, 2 and 3.".to_owned()),
+        ("convergence", charts::convergence(record), format!("Dashed: the slopes of orders 1, 2 and 3.{}", charts::in_grey(record))),
     ];
     if let Some(stages) = charts::stages(record) {
         let caption = "Batches of 64 fragments timed on the way; \"between stages\" is geometry, passing over what is empty or finished, and the rest.";
@@ -207,7 +214,7 @@ fn default_of(a: &Advice) -> String {
     }
 }
 
-fn html(record: &Record, plots: &[(&str, Plot, String)], pictures: &[Shown]) -> String {
+fn html(record: &Record, plots: &[(&str, Plot, String)], pictures: &[Shown], strip: &str) -> String {
     let s = &record.setting;
     let figure = |name: &str| plots.iter().find(|p| p.0 == name).map_or(String::new(), |p| p.1.figure(&escape(&p.2)));
     let mut body = format!("<h1>What error costs: {}</h1>\n", escape(&s.name));
@@ -215,6 +222,7 @@ fn html(record: &Record, plots: &[(&str, Plot, String)], pictures: &[Shown]) -> 
         "<p>{} x {} x {} voxels ({}), a picture of {} x {} pixels, {} threads, {}. Single pictures are shown in {} slices.</p>\n",
         s.dimensions[0], s.dimensions[1], s.dimensions[2], s.voxel_type, s.image[0], s.image[1], s.threads, s.simd, s.slices
     );
+    body += strip;
     body += "<h2>Which method for which error</h2>\n";
     body += &advice_table(record);
     body += "<p class=\"soft\">The cheapest picture measured whose RMS error lies below the first column; the default, unless \
@@ -270,14 +278,20 @@ fn html(record: &Record, plots: &[(&str, Plot, String)], pictures: &[Shown]) -> 
     page(&format!("What error costs: {}", s.name), &body)
 }
 
+/// Why an error has no time.
+const NOT_REACHED: &str = "no picture that was made within the budget has so small an error";
+
 fn advice_table(record: &Record) -> String {
     let row = |a: &Advice| {
         vec![
             Cell::Number(format!("{:e}", a.error)),
             Cell::Text(if a.method.is_some() { asked(a, "") } else { "not reached within the budget".into() }),
-            Cell::Number(or_dash(a.seconds, time)),
-            Cell::Number(or_dash(a.rms, error)),
-            Cell::Text(default_of(a)),
+            Cell::number(a.seconds, time, NOT_REACHED),
+            Cell::number(a.rms, error, NOT_REACHED),
+            match a.default_slices {
+                Some(_) => Cell::Text(default_of(a)),
+                None => Cell::Missing("no picture of the default method that was made within the budget has so small an error"),
+            },
         ]
     };
     let rows: Vec<Vec<Cell>> = record.advice.iter().map(row).collect();
@@ -332,21 +346,30 @@ fn gradients_table(list: &[GradientKind]) -> String {
     )
 }
 
+/// Why methods have no order, or no error.
+const UNSTEADY: &str = "too few pictures whose error falls steadily to tell an order";
+const NOT_MADE: &str = "no pictures of it were made";
+
 fn methods_table(methods: &[MethodRecord], points: &[Point]) -> String {
     let row = |m: &MethodRecord| {
         let least = points.iter().filter(|p| p.method == m.name).map(|p| p.rms).fold(f64::INFINITY, f64::min);
         let remark = match (&m.other_limit, &m.missing) {
-            (_, Some(why)) => format!("not made: {why}"),
-            (Some(why), None) => format!("converges to another picture: it {why}"),
-            (None, None) => String::new(),
+            (_, Some(why)) => Cell::Text(format!("not made: {why}")),
+            (Some(why), None) => Cell::Text(format!("converges to another picture: it {why}")),
+            (None, None) => Cell::Missing("nothing to remark: with more slices it comes to the reference"),
         };
+        let made = m.missing.is_none();
         vec![
             Cell::Text(m.name.clone()),
             Cell::Text(m.about.clone()),
-            Cell::Number(or_dash(m.expected_order, |o| o.to_string())),
-            Cell::Number(or_dash(m.measured_order, |o| format!("{o:.2}"))),
-            Cell::Number(if least.is_finite() { error(least) } else { "-".into() }),
-            Cell::Text(remark),
+            Cell::number(
+                m.expected_order,
+                |o| o.to_string(),
+                "no number of slices is chosen, or surfaces are met between slices: no order is expected",
+            ),
+            Cell::number(m.measured_order, |o| format!("{o:.2}"), if made { UNSTEADY } else { NOT_MADE }),
+            Cell::number(least.is_finite().then_some(least), error, NOT_MADE),
+            remark,
         ]
     };
     let rows: Vec<Vec<Cell>> = methods.iter().map(row).collect();
@@ -377,21 +400,24 @@ fn measured(record: &Record) -> String {
     )
 }
 
+/// Why there is no SSIM or FLIP.
+const NO_TIME: &str = "there was no time for it within the budget";
+
 fn all_points(points: &[Point]) -> String {
     let row = |p: &Point| {
         vec![
             Cell::Text(p.method.clone()),
             Cell::Number(p.slices.to_string()),
-            Cell::Number(or_dash(p.tolerance, |t| t.to_string())),
+            Cell::number(p.tolerance, |t| t.to_string(), "the slices were given, not an error asked for"),
             Cell::Number(time(p.seconds)),
             Cell::Number(time(p.prepare_seconds)),
             Cell::Number(error(p.rms)),
             Cell::Number(error(p.max)),
             Cell::Number(error(p.p999)),
-            Cell::Number(or_dash(p.psnr, |x| format!("{x:.1} dB"))),
+            Cell::number(p.psnr, |x| format!("{x:.1} dB"), "infinite: no difference at all"),
             Cell::Number(format!("{:.1} %", 100.0 * p.visible)),
-            Cell::Number(or_dash(p.ssim, |x| format!("{x:.4}"))),
-            Cell::Number(or_dash(p.flip, |x| format!("{x:.4}"))),
+            Cell::number(p.ssim, |x| format!("{x:.4}"), NO_TIME),
+            Cell::number(p.flip, |x| format!("{x:.4}"), NO_TIME),
         ]
     };
     let rows: Vec<Vec<Cell>> = points.iter().map(row).collect();
