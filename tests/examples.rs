@@ -8,9 +8,9 @@
 
 use slicestack::picture::Depth;
 use slicestack::scene::{Overrides, SceneFile};
+use slicestack::study::LESSONS;
 use slicestack::volume::phantom::Phantom;
 use slicestack::volume::{Origin, VolumeSource};
-use slicestack::study::LESSONS;
 use slicestack::{Limits, render};
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -135,7 +135,7 @@ mod tests {
     fn every_colour_says_which_it_is() {
         let mut seen = 0;
         for script in SCRIPTS.iter().chain(&LIT).chain([&MAIN]) {
-            let (_, script) = script.split_once("const pictureSwatch").unwrap_or(("", script));
+            let (_, script) = script.split_once("const toData").unwrap_or(("", script));
             let lines: Vec<&str> = script.lines().collect();
             for (at, line) in lines.iter().enumerate().filter(|(_, line)| line.contains("watch(")) {
                 // A table's rows are made some lines before its head.

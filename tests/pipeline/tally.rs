@@ -99,7 +99,12 @@ fn stages_count_as_saved_only_where_they_could_have_run() {
     // Each of these scenes is refused with light, or would not run it.
     let projected = |blend| scene().with_blend(blend).unwrap();
     let levels = projected(Blend::Iso { level: 160.0 });
-    for (name, scene) in [("mip", projected(Blend::Mip)), ("average", projected(Blend::Average)), ("iso", levels), ("merge", method(Method::default().with_merge(true)))] {
+    for (name, scene) in [
+        ("mip", projected(Blend::Mip)),
+        ("average", projected(Blend::Average)),
+        ("iso", levels),
+        ("merge", method(Method::default().with_merge(true))),
+    ] {
         for what in ["light", "gradient", "gradient opacity", "classify by gradient"] {
             assert_eq!(saved(&scene, what).0, None, "{name}: {what}");
         }

@@ -43,7 +43,10 @@ pub(super) fn make() -> Result<(String, Drawing)> {
     for (n, name) in ["the nearest voxel", "eight voxels, trilinear"].into_iter().enumerate() {
         let (left, top) = (64.0 + 300.0 * n as f64, 56.0);
         let panel = Panel { left, top, right: left + SIDE, bottom: top + SIDE, x: ends, y: ends };
-        panel.left_axis("index along y", &mut shapes);
+        // Both have the same rows.
+        if n == 0 {
+            panel.left_axis("index along y", &mut shapes);
+        }
         panel.lower_axis("index along x", 0.0, &mut shapes);
         let pixels = 2 * SIDE as u32;
         let index = |p: u32| (f64::from(p) + 0.5) / f64::from(pixels) * SIZE as f64 - 0.5;

@@ -1,6 +1,6 @@
 //! Curves over two logarithmic axes.
 
-use super::axis::Span;
+use super::axis::{Span, Ticks};
 use super::{ADVANCE, Anchor, Axis, Drawing, FONT, Ink, Shape, marker};
 
 /// A curve and its name.
@@ -121,14 +121,48 @@ struct Frame {
     bottom: f64,
 }
 
+/// A tick of the lower axis: where it stands, its label, and where the label's middle is.
+struct Tick {
+    at: f64,
+    label: Option<String>,
+    middle: f64,
+}
+
+impl Tick {
+    /// Half of the label's width.
+    fn half(&self) -> f64 {
+        self.label.as_ref().map_or(0.0, |l| 0.5 * ADVANCE * l.chars().count() as f64)
+    }
+}
+
+/// Whether no label lies on another, with a little air between them.
+fn apart(ticks: &[Tick]) -> bool {
+    let mut named: Vec<&Tick> = ticks.iter().filter(|t| t.label.is_some()).collect();
+    named.sort_by(|a, b| a.middle.total_cmp(&b.middle));
+    named.windows(2).all(|w| w[1].middle - w[0].middle >= w[0].half() + w[1].half() + 4.0)
+}
+
 impl Frame {
+    /// The ticks of the lower axis with `most` labels. Labels at its ends are moved into the drawing.
+    fn ticks_below(&self, ticks: Ticks, span: Span, most: usize) -> Vec<Tick> {
+        let place = |(value, label)| {
+            let at = self.left + span.place(value) * (self.right - self.left);
+            let tick = Tick { at, label, middle: at };
+            let middle = at.min(self.right + 10.0 - tick.half()).max(tick.half());
+            Tick { middle, ..tick }
+        };
+        span.ticks(ticks, most).into_iter().map(place).collect()
+    }
+
     fn axes(&self, chart: &Chart, [x, y]: [Span; 2], shapes: &mut Vec<Shape>) {
         let line = |a: [f64; 2], b: [f64; 2], ink| Shape::Line { points: vec![a, b], ink, width: 1.0, dash: None };
-        for (value, label) in x.ticks(chart.x.ticks, ((self.right - self.left) / 56.0) as usize) {
-            let at = self.left + x.place(value) * (self.right - self.left);
+        // As many labels as lie beside each other.
+        let most = ((self.right - self.left) / 56.0) as usize;
+        let ticks = (1..=most).rev().map(|most| self.ticks_below(chart.x.ticks, x, most)).find(|t| apart(t));
+        for Tick { at, label, middle } in ticks.unwrap_or_else(|| self.ticks_below(chart.x.ticks, x, 1)) {
             shapes.push(line([at, self.top], [at, self.bottom], Ink::Grid));
             if let Some(label) = label {
-                shapes.push(text([at, self.bottom + 13.0], &label, Ink::Muted, Anchor::Middle, false));
+                shapes.push(text([middle, self.bottom + 13.0], &label, Ink::Muted, Anchor::Middle, false));
             }
         }
         for (value, label) in y.ticks(chart.y.ticks, ((self.bottom - self.top) / 26.0) as usize) {
