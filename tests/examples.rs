@@ -121,6 +121,43 @@ fn lessons_draw_the_pictures_of_the_tutorial() {
     }
 }
 
+#[test]
+fn lessons_run_from_the_command() {
+    let dir = tempfile::tempdir().unwrap();
+    let run = |args: &[&str]| {
+        let command =
+            std::process::Command::new(env!("CARGO_BIN_EXE_slicestack")).arg("lesson").args(args).current_dir(dir.path()).output();
+        let out = command.unwrap();
+        let [told, said] = [out.stdout, out.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
+        (out.status.code(), told, said)
+    };
+    let (status, list, _) = run(&[]);
+    assert!(status == Some(0) && LESSONS.iter().all(|l| list.contains(l.name) && list.contains(l.about)), "{list}");
+    for (name, lesson) in [("5", &LESSONS[4]), ("coverage", &LESSONS[1])] {
+        let (status, told, said) = run(&[name, "-o", "lessons"]);
+        assert_eq!((status, said.as_str()), (Some(0), ""));
+        let shown = lesson.run().unwrap();
+        assert!(told.starts_with(&shown.told) && told.contains(&lesson.file_name()), "{told}");
+        assert_eq!(fs::read(dir.path().join("lessons").join(lesson.file_name())).unwrap(), shown.picture);
+    }
+    // A picture of a lesson may be replaced; what is none is spared.
+    assert_eq!(run(&["5", "-o", "lessons"]).0, Some(0));
+    fs::write(dir.path().join("lesson_5_over.png"), "mine").unwrap();
+    fs::write(dir.path().join("file"), "mine").unwrap();
+    for (args, status, words) in [
+        (&["5"][..], 2, "lesson_5_over.png"),
+        (&["7"], 2, "1 (polygons)"),
+        (&["fetch", "-o", "file"], 1, "not a folder"),
+        (&["fetch", "-o", "no/such"], 1, "no/such"),
+        (&["-o", "lessons"], 2, "lesson"),
+    ] {
+        let (found, told, said) = run(args);
+        assert_eq!((found, told.as_str(), said.lines().count()), (Some(status), "", 1), "{args:?}: {said}");
+        assert!(said.starts_with("error: ") && said.contains(words), "{args:?}: {said}");
+    }
+    assert_eq!(fs::read(dir.path().join("lesson_5_over.png")).unwrap(), b"mine");
+}
+
 /// Paths of the scene files, sorted.
 fn scene_files() -> Vec<PathBuf> {
     let mut paths: Vec<_> = fs::read_dir(package().join("examples/scenes")).unwrap().map(|e| e.unwrap().path()).collect();

@@ -106,7 +106,7 @@ fn letters_stand_at_the_ends_of_their_axes() {
     let stack = Stack::new(grid, &view, &[], 23);
     let side = Side::new(grid, &view).unwrap();
     let record = StackRecord::new(&stack, grid, &side, 0..stack.count, None);
-    let away = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2);
+    let away = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]);
     for label in record.labels[0].iter().filter(|l| l.axis.is_some()) {
         let nearest =
             (0..8).min_by(|&a, &b| away(record.corners[a], label.at.unwrap()).total_cmp(&away(record.corners[b], label.at.unwrap())));
