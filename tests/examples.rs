@@ -8,6 +8,7 @@
 
 use slicestack::picture::Depth;
 use slicestack::scene::{Overrides, SceneFile};
+use slicestack::study::LESSONS;
 use slicestack::volume::phantom::Phantom;
 use slicestack::volume::{Origin, VolumeSource};
 use slicestack::{Limits, render};
@@ -83,40 +84,78 @@ fn examples_make_their_pictures() {
 }
 
 /// A lesson's own `run`.
-type Lesson = fn(&Path) -> slicestack::Result<()>;
+type Run = fn(&Path) -> slicestack::Result<()>;
 
 #[test]
 fn lessons_draw_the_pictures_of_the_tutorial() {
     let tutorial = fs::read_to_string(package().join("docs/tutorial.md")).unwrap();
     let dir = tempfile::tempdir().unwrap();
-    let lessons: [(&str, Lesson); 6] = [
-        ("lesson_1_polygons", lesson_1_polygons::run),
-        ("lesson_2_coverage", lesson_2_coverage::run),
-        ("lesson_3_fetch", lesson_3_fetch::run),
-        ("lesson_4_transfer_function", lesson_4_transfer_function::run),
-        ("lesson_5_over", lesson_5_over::run),
-        ("lesson_6_fog", lesson_6_fog::run),
+    let examples: [Run; 6] = [
+        lesson_1_polygons::run,
+        lesson_2_coverage::run,
+        lesson_3_fetch::run,
+        lesson_4_transfer_function::run,
+        lesson_5_over::run,
+        lesson_6_fog::run,
     ];
     let mut place = 0;
-    for (name, run) in lessons {
-        let path = dir.path().join(format!("{name}.png"));
+    for (lesson, run) in LESSONS.iter().zip(examples) {
+        let (name, file) = (lesson.name, lesson.file_name());
+        let path = dir.path().join(&file);
         run(&path).unwrap();
-        let (width, height, drawn) = pixels(&path);
-        let (w, h, shown) = pixels(&package().join(format!("docs/tutorial/{name}.png")));
-        assert_eq!((width, height), (w, h), "{name}");
+        let [drawn, shown] = [path, package().join("docs/tutorial").join(&file)].map(|p| slicestack::Picture::open(p).unwrap());
+        assert_eq!((drawn.width(), drawn.height()), (shown.width(), shown.height()), "{name}");
+        let [drawn, shown] = [drawn.to_rgba8(), shown.to_rgba8()];
         // Lessons may use the platform's powers and roots; and a table's rounding is no new picture.
         let apart: u64 = drawn.iter().zip(&shown).map(|(a, b)| u64::from(a.abs_diff(*b))).sum();
         assert!(2 * apart < drawn.len() as u64, "{name}: docs/tutorial holds another picture");
         assert!(self::drawn(&drawn) > 0.05, "{name}");
-        // The tutorial tells them in order, each with its picture and its code.
-        for link in [format!("tutorial/{name}.png"), format!("../examples/{name}.rs")] {
-            let at = tutorial.find(&link).unwrap_or_else(|| panic!("{link} is not in docs/tutorial.md"));
-            assert!(at > place, "{link} comes too early");
-            place = at;
+        // The tutorial tells them in order, each with its picture and its code, and how the command runs it.
+        let code = format!("src/study/lessons/{name}.rs");
+        for link in [format!("slicestack lesson {}", lesson.number), format!("tutorial/{file}"), format!("../{code}")] {
+            let at = tutorial[place..].find(&link).unwrap_or_else(|| panic!("{link} is not in docs/tutorial.md, or comes too early"));
+            place += at;
         }
-        let lines = fs::read_to_string(package().join(format!("examples/{name}.rs"))).unwrap().lines().count();
-        assert!(lines <= 80, "{name}: {lines} lines are more than a screen");
+        let lines = fs::read_to_string(package().join(code)).unwrap().lines().count();
+        assert!(lines <= 90, "{name}: {lines} lines are more than a screen");
     }
+}
+
+#[test]
+fn lessons_run_from_the_command() {
+    let dir = tempfile::tempdir().unwrap();
+    let run = |args: &[&str]| {
+        let command =
+            std::process::Command::new(env!("CARGO_BIN_EXE_slicestack")).arg("lesson").args(args).current_dir(dir.path()).output();
+        let out = command.unwrap();
+        let [told, said] = [out.stdout, out.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
+        (out.status.code(), told, said)
+    };
+    let (status, list, _) = run(&[]);
+    assert!(status == Some(0) && LESSONS.iter().all(|l| list.contains(l.name) && list.contains(l.about)), "{list}");
+    for (name, lesson) in [("5", &LESSONS[4]), ("coverage", &LESSONS[1])] {
+        let (status, told, said) = run(&[name, "-o", "lessons"]);
+        assert_eq!((status, said.as_str()), (Some(0), ""));
+        let shown = lesson.run().unwrap();
+        assert!(told.starts_with(&shown.told) && told.contains(&lesson.file_name()), "{told}");
+        assert_eq!(fs::read(dir.path().join("lessons").join(lesson.file_name())).unwrap(), shown.picture);
+    }
+    // A picture of a lesson may be replaced; what is none is spared.
+    assert_eq!(run(&["5", "-o", "lessons"]).0, Some(0));
+    fs::write(dir.path().join("lesson_5_over.png"), "mine").unwrap();
+    fs::write(dir.path().join("file"), "mine").unwrap();
+    for (args, status, words) in [
+        (&["5"][..], 2, "lesson_5_over.png"),
+        (&["7"], 2, "1 (polygons)"),
+        (&["fetch", "-o", "file"], 1, "not a folder"),
+        (&["fetch", "-o", "no/such"], 1, "no/such"),
+        (&["-o", "lessons"], 2, "lesson"),
+    ] {
+        let (found, told, said) = run(args);
+        assert_eq!((found, told.as_str(), said.lines().count()), (Some(status), "", 1), "{args:?}: {said}");
+        assert!(said.starts_with("error: ") && said.contains(words), "{args:?}: {said}");
+    }
+    assert_eq!(fs::read(dir.path().join("lesson_5_over.png")).unwrap(), b"mine");
 }
 
 /// Paths of the scene files, sorted.

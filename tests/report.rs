@@ -114,6 +114,48 @@ fn check_page(html: &str) {
     assert!(html.contains("prefers-color-scheme:dark") && html.contains("@media print"));
 }
 
+/// No cell of a table is empty or holds a dash that is not explained, there and below the table.
+fn check_cells(html: &str) {
+    let mut dashes = 0;
+    for part in html.split("<div class=\"scroll\"><table>").skip(1) {
+        let (table, rest) = part.split_once("</table></div>").unwrap();
+        let below = rest.split_once("</p>").map_or("", |p| p.0);
+        for cell in table.split("<td").skip(1) {
+            let (attributes, content) = cell.split_once('>').unwrap();
+            let content = content.split_once("</td>").unwrap().0;
+            assert!(!content.is_empty() && content != "-", "an empty cell in {table:.300}");
+            if let Some(number) = content.strip_prefix("&ndash;") {
+                let why = attributes.split_once("title=\"").unwrap().1.trim_end_matches('"');
+                assert!(below.contains(&format!("&ndash;{number} {why}")), "{why}: not explained in {below}");
+                dashes += 1;
+            }
+        }
+    }
+    assert!(dashes > 0, "no dash was seen");
+}
+
+/// The page begins with what errors look like: one detail at errors that fall, each with its error and its time.
+fn check_strip(folder: &Path, json: &Value, html: &str) {
+    let details = json["details"].as_array().unwrap();
+    assert_eq!(details.iter().map(|d| d["error"].as_f64().unwrap()).collect::<Vec<_>>(), [1e-1, 1e-2, 1e-3, 1e-4]);
+    let first = html.find("<h2>").unwrap();
+    assert!(html[first..].starts_with("<h2>What an error looks like</h2>"));
+    let strip = html[first..].split_once("</div>").unwrap().0;
+    for (detail, figure) in details.iter().zip(strip.split("<figure>").skip(1)) {
+        let rms = detail["rms"].as_f64().unwrap();
+        assert!(figure.contains(&format!("RMS error {rms:.1e}")) && figure.contains("s a frame"), "{}", &figure[figure.len() - 200..]);
+        assert!(detail["seconds"].as_f64().unwrap() > 0.0);
+        let picture = slicestack::Picture::open(folder.join(format!("detail-{:e}.png", detail["error"].as_f64().unwrap()))).unwrap();
+        let size = [&detail["width"], &detail["height"]].map(|n| n.as_u64().unwrap() as u32);
+        assert_eq!([picture.width(), picture.height()], size);
+    }
+    // Here they can be had: each picture has the error that it stands for, and they differ.
+    for d in details {
+        let (rms, error) = (d["rms"].as_f64().unwrap(), d["error"].as_f64().unwrap());
+        assert!(rms < 1.6 * error && rms > error / 1.6, "{d}");
+    }
+}
+
 #[test]
 fn a_small_scene_becomes_a_page_numbers_and_plots() {
     let dir = dir();
@@ -123,7 +165,7 @@ fn a_small_scene_becomes_a_page_numbers_and_plots() {
     assert!(told.contains("cheapest way") && told.contains("1e-2") && told.contains("report.html"), "{told}");
     let folder = dir.path().join("r");
     let json: Value = serde_json::from_str(&read(folder.join("report.json"))).unwrap();
-    for list in ["points", "methods", "stages", "advice", "algorithms"] {
+    for list in ["details", "points", "methods", "stages", "advice", "algorithms"] {
         assert!(agree(&folder.join(format!("{list}.csv")), &json[list]) > 0, "{list} is empty");
     }
     // Sizes are lists in the JSON and columns in the CSV.
@@ -136,6 +178,11 @@ fn a_small_scene_becomes_a_page_numbers_and_plots() {
     assert!(folder.join("reference.png").is_file() && folder.join("rendering.png").is_file());
     let html = read(folder.join("report.html"));
     check_page(&html);
+    check_cells(&html);
+    check_strip(&folder, &json, &html);
+    // A few curves to look at, the others in grey.
+    let (all, faint) = (html.matches("<g class=\"curve").count(), html.matches("<g class=\"curve faint\"").count());
+    assert!(faint > 0 && faint < all, "{faint} of {all} curves are faint");
     let table = read(folder.join("table.md"));
     assert!(table.starts_with("| RMS error at most |") && table.lines().filter(|l| l.starts_with("| ")).count() == 8, "{table}");
     // The numbers make sense: times pass, errors fall.

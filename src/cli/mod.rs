@@ -12,6 +12,7 @@ mod explain;
 mod flags;
 mod golden;
 mod info;
+mod lesson;
 mod movie;
 mod output;
 mod presets;
@@ -51,6 +52,7 @@ Examples:
   slicestack slices head.nrrd --montage 4x5           cut pictures through it
   slicestack convert head.nii.gz head.nrrd            the volume in another format
   slicestack explain scene.toml -o page               a page that shows how the picture comes about
+  slicestack lesson                                   six lessons from a box to a picture
   slicestack help render                              every flag, and more examples
   slicestack help opengl                              flags of the profile opengl";
 
@@ -62,6 +64,8 @@ enum Verb {
     Slices(Box<slices::SlicesArgs>),
     /// Write a page that leads through a scene step by step.
     Explain(Box<explain::ExplainArgs>),
+    /// Run one of six short lessons: what each step of the pipeline does, with a picture. Without a number, list them.
+    Lesson(lesson::LessonArgs),
     /// Measure what error costs in time for a scene, method by method; or what holds in extreme cases.
     Report(Box<report::ReportArgs>),
     /// Make an animation that goes once around a volume.
@@ -125,6 +129,7 @@ pub(crate) fn run() -> ExitCode {
         Verb::Render(args) => render::run(&args),
         Verb::Slices(args) => slices::run(&args),
         Verb::Explain(args) => explain::run(&args),
+        Verb::Lesson(args) => lesson::run(&args),
         Verb::Report(args) => report::run(&args),
         Verb::Animate(args) => animate::run(&args),
         Verb::Turntable(args) => turntable::run(&args),

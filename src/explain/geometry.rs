@@ -1,5 +1,6 @@
 //! The box, the slice planes and their polygons, in numbers and as a drawing seen from the side.
 
+use super::labels::{Label, LabelSize, Layout, SIZES};
 use crate::proxy::{SlicePolygon, Stack};
 use crate::scene::{Camera, Fog, FogDistance, Placement, Projection, View};
 use crate::volume::Grid;
@@ -10,8 +11,8 @@ use std::ops::Range;
 use tiny_skia::{Color, Paint, Path, PathBuilder, Pixmap, Stroke, StrokeDash, Transform};
 
 /// Size of the drawing in pixels.
-const WIDTH: u32 = 720;
-const HEIGHT: u32 = 560;
+pub(super) const WIDTH: u32 = 720;
+pub(super) const HEIGHT: u32 = 560;
 /// Outlines of slices in the drawing, at most.
 const OUTLINES: u64 = 24;
 
@@ -26,6 +27,8 @@ pub(super) struct VertexRecord {
     pub(super) on: [usize; 2],
     /// Position in the drawing, pixels.
     pub(super) drawn: [f64; 2],
+    /// Where its number stands in the drawing, at each size of labels; none where there is no room.
+    pub(super) labels: [Option<[f64; 2]>; 2],
 }
 
 /// Eight by eight pixels at a corner of the polygon, and which of them it covers.
@@ -71,6 +74,10 @@ pub(super) struct StackRecord {
     pub(super) arrow: [[f64; 2]; 2],
     /// Corners of the box in the drawing, x fastest.
     pub(super) corners: Vec<[f64; 2]>,
+    /// Sizes of labels: on wide and on narrow windows.
+    pub(super) sizes: [LabelSize; 2],
+    /// The drawing's labels at each of these sizes.
+    pub(super) labels: [Vec<Label>; 2],
     pub(super) slices: Vec<SliceRecord>,
 }
 
@@ -98,7 +105,7 @@ impl Side {
     }
 }
 
-fn polygon_record(stack: &Stack, grid: &Grid, side: &Side, k: u64, fog: Option<&Fog>) -> SliceRecord {
+fn polygon_record(stack: &Stack, grid: &Grid, side: &Side, k: u64, fog: Option<&Fog>, layouts: &[Layout; 2]) -> SliceRecord {
     let depth = stack.depth(k);
     let planar = fog.filter(|f| f.distance() == FogDistance::Planar);
     let mut record = SliceRecord {
@@ -112,12 +119,15 @@ fn polygon_record(stack: &Stack, grid: &Grid, side: &Side, k: u64, fog: Option<&
     };
     let Some(SlicePolygon { vertices, edges, sides, .. }) = stack.polygon(k) else { return record };
     let n = vertices.len();
+    let drawn: Vec<[f64; 2]> = vertices.iter().map(|v| side.at(grid.index_to_world().transform_point3(v.index))).collect();
+    let numbers = layouts.each_ref().map(|layout| layout.numbers(&drawn));
     record.vertices = (0..n)
         .map(|i| VertexRecord {
             window: vertices[i].window.to_array(),
             texture: vertices[i].texture.to_array(),
             on: [sides[(i + n - 1) % n], sides[i]],
-            drawn: side.at(grid.index_to_world().transform_point3(vertices[i].index)),
+            drawn: drawn[i],
+            labels: numbers.each_ref().map(|places| places[i]),
         })
         .collect();
     record.edges = edges.iter().map(|e| [e.a, e.b, e.c]).collect();
@@ -139,6 +149,14 @@ impl StackRecord {
         let faces = ["x low", "x high", "y low", "y high", "z low", "z high"].map(str::to_owned);
         let clips = (6..stack.half_spaces.len()).map(|i| format!("clip plane {}", i - 5));
         let (center, radius, forward) = (grid.center(), grid.radius(), stack.view.forward);
+        let arrow = [side.at(center - forward * (1.45 * radius)), side.at(center - forward * (1.02 * radius))];
+        let corners: Vec<[f64; 2]> = grid.corners().iter().map(|&c| side.at(c)).collect();
+        let mut layouts = SIZES.map(Layout::new);
+        let labels = layouts.each_mut().map(|layout| {
+            layout.keep_clear(arrow[0], arrow[1]);
+            box_edges(grid, side).iter().for_each(|&(a, b, _)| layout.keep_clear(a, b));
+            layout.still(arrow, &corners)
+        });
         Self {
             count: stack.count,
             near: stack.near,
@@ -147,9 +165,11 @@ impl StackRecord {
             perspective: stack.perspective,
             sides: faces.into_iter().chain(clips).collect(),
             drawing: [WIDTH, HEIGHT],
-            arrow: [side.at(center - forward * (1.45 * radius)), side.at(center - forward * (1.02 * radius))],
-            corners: grid.corners().iter().map(|&c| side.at(c)).collect(),
-            slices: range.map(|k| polygon_record(stack, grid, side, k, fog)).collect(),
+            arrow,
+            corners,
+            sizes: SIZES,
+            labels,
+            slices: range.map(|k| polygon_record(stack, grid, side, k, fog, &layouts)).collect(),
         }
     }
 

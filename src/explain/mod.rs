@@ -24,6 +24,7 @@ mod choose;
 mod frames;
 mod geometry;
 mod gradient;
+mod labels;
 mod light;
 mod others;
 mod page;
@@ -366,6 +367,8 @@ fn straight(map: &tiny_skia::Pixmap) -> Vec<u8> {
     map.pixels().iter().flat_map(pixel).collect()
 }
 
+#[cfg(test)]
+mod label_tests;
 #[cfg(test)]
 mod lit_tests;
 #[cfg(test)]

@@ -129,4 +129,21 @@ mod tests {
         }
         assert!(seen >= STRAIGHT.len(), "{seen} swatches of straight colours");
     }
+
+    /// Wherever a colour is shown, the page says whether it is straight or premultiplied: beside the swatch, or in the head of its table.
+    #[test]
+    fn every_colour_says_which_it_is() {
+        let mut seen = 0;
+        for script in SCRIPTS.iter().chain(&LIT).chain([&MAIN]) {
+            let (_, script) = script.split_once("const toData").unwrap_or(("", script));
+            let lines: Vec<&str> = script.lines().collect();
+            for (at, line) in lines.iter().enumerate().filter(|(_, line)| line.contains("watch(")) {
+                // A table's rows are made some lines before its head.
+                let near = lines[at..(at + 12).min(lines.len())].join("\n");
+                assert!(near.contains("straight") || near.contains("premultiplied"), "{line}");
+                seen += 1;
+            }
+        }
+        assert!(seen > 15, "{seen} lines with swatches");
+    }
 }

@@ -2,7 +2,7 @@
 
 use super::needs::{BlendKind, Needs};
 use crate::lanes::BATCH;
-use crate::scene::{Algorithm, FogDistance, OptionalStage, Order, Scene};
+use crate::scene::{Algorithm, Fits, FogDistance, OptionalStage, Order, Scene, SlabForm};
 use crate::tally::{Counters, LeftOut, Tally};
 use crate::volume::{Volume, VoxelType};
 
@@ -13,6 +13,8 @@ pub(crate) enum Saving {
     Unknown,
     /// `saved` units for each lane that went through the stages, where `done` units were done.
     Lanes { saved: u64, done: u64, unit: &'static str },
+    /// `saved` units for each lane in a row where something shows, where `done` units were done for each lane looked up.
+    Shown { saved: u64, done: u64, unit: &'static str },
     /// All lanes of a slice's batch but one.
     AllButOne(&'static str),
     /// The lanes of batches covered by whole slabs.
@@ -41,6 +43,10 @@ impl Planned {
         let (numbers, unit) = match self.saving {
             Saving::Unknown => return LeftOut::uncounted(self.what, self.why),
             Saving::Lanes { saved, done, unit } => ((saved * lanes, (saved + done) * lanes), unit),
+            Saving::Shown { saved, done, unit } => {
+                let shown = lanes - c.hidden.min(lanes);
+                ((saved * shown, saved * shown + done * lanes), unit)
+            }
             Saving::AllButOne(unit) => ((c.lanes - (c.batches - c.exits).min(c.lanes), lanes), unit),
             Saving::Whole(unit) => ((c.whole_lanes, lanes), unit),
             Saving::Lookups { saved, done, unit } => ((saved * c.fetches, (saved + done) * c.fetches), unit),
@@ -61,7 +67,8 @@ pub(crate) fn planned(scene: &Scene, volume: &Volume, needs: &Needs, loads: Opti
     let shells = needs.along_rays && scene.algorithm() == Algorithm::Shells;
     let (colors, surfaces) = (needs.colors(), needs.blend == BlendKind::Surfaces);
     for (id, stage, option) in OptionalStage::ALL.map(|stage| (stage, stage.info(), stage.option())) {
-        let saving = if id == OptionalStage::Gradient { Saving::Lanes { saved: 6, done: 1, unit: "lookups" } } else { lanes("lanes") };
+        // What could not have run saves nothing: where values are projected, on level surfaces, and beside what it does not go together with.
+        let saving = if colors && !surfaces && could_run(id, scene) { saving(id) } else { Saving::Unknown };
         match option.projections.left_out() {
             _ if !(option.wanted)(scene) => add(stage.name, option.absent, saving),
             Some(_) if surfaces => add(stage.name, without_slabs(id), saving),
@@ -125,6 +132,34 @@ pub(crate) fn planned(scene: &Scene, volume: &Volume, needs: &Needs, loads: Opti
         add("skipping of empty space", why, Saving::Unknown);
     }
     list
+}
+
+/// What a stage costs where it runs. Gradients, and what depends on them, are taken of fragments that show; fog lies on every lane.
+fn saving(stage: OptionalStage) -> Saving {
+    match stage {
+        OptionalStage::Gradient => Saving::Shown { saved: 6, done: 1, unit: "lookups" },
+        OptionalStage::Light | OptionalStage::GradientOpacity | OptionalStage::Transfer2d => {
+            Saving::Shown { saved: 1, done: 0, unit: "lanes" }
+        }
+        OptionalStage::Fog => lanes("lanes"),
+    }
+}
+
+/// Whether a stage goes together with the scene's way to integrate. A gradient is taken for the stages that need one.
+fn could_run(stage: OptionalStage, scene: &Scene) -> bool {
+    use OptionalStage::{Fog, Gradient, GradientOpacity, Light, Transfer2d};
+    match stage {
+        Gradient => [Light, GradientOpacity, Transfer2d].into_iter().any(|s| could_run(s, scene)),
+        Light | GradientOpacity | Transfer2d | Fog => {
+            let (option, method) = (stage.option(), scene.method());
+            let asked = [
+                (method.is_pre_integrated(), option.pairs),
+                (method.merge, option.merging),
+                (method.slab == SlabForm::Riemann, option.riemann),
+            ];
+            asked.iter().all(|(asked, fits)| !asked || *fits == Fits::Yes)
+        }
+    }
 }
 
 /// Why a stage does not run where level surfaces are drawn.

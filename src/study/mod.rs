@@ -15,9 +15,11 @@ mod algorithms;
 mod balance;
 mod clock;
 mod cost;
+mod details;
 mod gradients;
 mod hits;
 mod joint_plot;
+mod lessons;
 mod methods;
 
 mod plot;
@@ -33,11 +35,12 @@ mod transfer_plot;
 pub use methods::{METHODS, NamedMethod};
 pub use precision::{Options, Study, study};
 pub use record::{
-    Advice, AlgorithmRow, Balance, Cost, GradientKind, HitKind, MethodRecord, Point, PreIntegration, Record, Setting, Shared, SlicesFor,
-    StageTime,
+    Advice, AlgorithmRow, Balance, Cost, Detail, GradientKind, HitKind, MethodRecord, Point, PreIntegration, Record, Setting, Shared,
+    SlicesFor, StageTime,
 };
 
 pub use joint_plot::joint_histogram_png;
+pub use lessons::{LESSONS, Lesson, Shown};
 pub use report::{File, scene_files, stability_files};
 pub use stability::{CountPoint, RiemannPoint, Row, Stability, stability};
 pub use transfer_plot::{Units, transfer_png};

@@ -3,7 +3,7 @@
 use super::clock::Clock;
 use super::methods::{METHODS, NamedMethod};
 use super::record::{MethodRecord, Point, Record, Setting};
-use super::{advice, algorithms, balance, cost, gradients, hits, stages};
+use super::{advice, algorithms, balance, cost, details, gradients, hits, stages};
 use crate::reference::metrics::{self, Displayed};
 use crate::reference::{ReferenceImage, Region, image};
 use crate::scene::{Accumulation, Algorithm, Blend, Filter, Slicing};
@@ -13,12 +13,13 @@ use std::time::Instant;
 
 /// Seconds a study may take unless told.
 const BUDGET: f64 = 60.0;
-/// Parts of the budget that are gone when the reference is there, then that of the spline, the pictures, their SSIM and FLIP, their repetitions, the
-/// stages, the kinds of gradient, the kinds of hit, the algorithms, the threads, the sizes.
+/// Parts of the budget that are gone when the reference is there, then that of the spline, the pictures, their SSIM and FLIP, the details at
+/// several errors, the pictures' repetitions, the stages, the kinds of gradient, the kinds of hit, the algorithms, the threads, the sizes.
 const REFERENCE: f64 = 0.15;
 const SPLINE: f64 = 0.22;
 const FIRST: f64 = 0.55;
 const JUDGED: f64 = 0.62;
+const DETAILS: f64 = 0.68;
 const PICTURES: f64 = 0.8;
 const STAGES: f64 = 0.86;
 const GRADIENTS: f64 = 0.885;
@@ -97,6 +98,10 @@ pub struct Study {
     pub reference: Displayed,
     /// Pictures at the scene's slice count on those pixels: method, slices, colours.
     pub pictures: Vec<(String, u64, Displayed)>,
+    /// One detail of the picture with each of the errors of [`Record::details`].
+    pub details: Vec<Displayed>,
+    /// That detail as it should be, where there was time for its rays.
+    pub detail_truth: Option<Displayed>,
 }
 
 /// Studies `scene` over `volume`.
@@ -165,6 +170,17 @@ pub fn study(volume: &Volume, scene: &Scene, options: &Options) -> Result<Study>
         });
     }
     bench.judge_pictures(&mut found)?;
+    clock.now("details")?;
+    let linear = filtered(Filter::Linear)?;
+    let search = details::Search {
+        volume,
+        scene: &linear,
+        truth: &bench.reference,
+        reference_pixel: reference_seconds / reference.pixels().len().max(1) as f64,
+        clock: &clock,
+        part: DETAILS,
+    };
+    let (details, shown, detail_truth) = details::measure(&search, &mut renderer, &found.points)?;
     clock.now("times")?;
     bench.repeat(&mut renderer, &mut found)?;
     let methods = options.methods.iter().zip(missing).map(|(method, missing)| MethodRecord {
@@ -208,9 +224,21 @@ pub fn study(volume: &Volume, scene: &Scene, options: &Options) -> Result<Study>
         reference_seconds,
         version: env!("CARGO_PKG_VERSION").into(),
     };
-    let record =
-        Record { setting, methods, points: found.points, stages, costs, gradients, hits, algorithms, balance, advice, pre_integration };
-    Ok(Study { record, reference: bench.reference.shown, pictures: found.pictures })
+    let record = Record {
+        setting,
+        details,
+        methods,
+        points: found.points,
+        stages,
+        costs,
+        gradients,
+        hits,
+        algorithms,
+        balance,
+        advice,
+        pre_integration,
+    };
+    Ok(Study { record, reference: bench.reference.shown, pictures: found.pictures, details: shown, detail_truth })
 }
 
 /// The reference on as many pixels as its part of the budget pays for, and the seconds it took.
@@ -250,9 +278,9 @@ struct Found {
 }
 
 /// A reference, on every so many columns and rows.
-struct Truth {
-    shown: Displayed,
-    region: Region,
+pub(super) struct Truth {
+    pub(super) shown: Displayed,
+    pub(super) region: Region,
 }
 
 impl Truth {
@@ -261,7 +289,7 @@ impl Truth {
     }
 
     /// A picture on the pixels that the reference has.
-    fn sampled(&self, picture: &Picture) -> Result<Displayed> {
+    pub(super) fn sampled(&self, picture: &Picture) -> Result<Displayed> {
         sampled(picture, self.region.step)
     }
 

@@ -8,6 +8,8 @@ use serde::Serialize;
 pub struct Record {
     /// What was studied, and how.
     pub setting: Setting,
+    /// What errors look like: pictures made to have them.
+    pub details: Vec<Detail>,
     /// The methods, in the order of the report.
     pub methods: Vec<MethodRecord>,
     /// Pictures made and measured.
@@ -28,6 +30,30 @@ pub struct Record {
     pub advice: Vec<Advice>,
     /// How pre-integration did, and why.
     pub pre_integration: Option<PreIntegration>,
+}
+
+/// A picture made to have an error, of which the report shows a detail.
+#[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
+pub struct Detail {
+    /// The RMS error that was wanted.
+    pub error: f64,
+    /// Name of the method.
+    pub method: String,
+    /// Slices.
+    pub slices: u64,
+    /// The error of the whole picture: root of the mean squared error of red, green and blue over black.
+    pub rms: f64,
+    /// Seconds of a frame, the shortest of several.
+    pub seconds: f64,
+    /// First column of the detail.
+    pub column: u32,
+    /// First row of the detail.
+    pub row: u32,
+    /// Width of the detail in pixels.
+    pub width: u32,
+    /// Height of the detail in pixels.
+    pub height: u32,
 }
 
 /// The scene with one kind of gradient, against the reference with the same kind.

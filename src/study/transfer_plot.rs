@@ -195,10 +195,11 @@ mod tests {
         for points in [vec![(7.0, 0.5)], vec![(0.0, 0.0)], vec![(-f64::MAX, 0.0), (f64::MAX, 1.0)], vec![(0.0, 0.0), (5e-324, 1e-300)]] {
             let drawing = drawing("x", &of(points), None, Units::Unknown);
             let finite = |p: &[f64; 2]| p[0].is_finite() && p[1].is_finite();
-            for shape in &drawing.shapes {
+            for shape in drawing.shapes.iter().flat_map(Shape::parts) {
                 assert!(match shape {
                     Shape::Line { points, .. } | Shape::Area { points, .. } => points.iter().all(finite),
-                    Shape::Text { at, .. } => finite(at),
+                    Shape::Text { at, .. } | Shape::Image { at, .. } => finite(at),
+                    Shape::Curve { .. } => false,
                 });
             }
         }

@@ -1,7 +1,9 @@
 //! The numbers that a picture tells of its work add up, and none of them is what the others leave by definition alone.
 
 use super::{PARALLEL, WIDE, fill, oblique, orbit, render, simple};
-use slicestack::scene::{Blend, Classification, ClipPlane, Ends, Fog, FogMode, FogWeighting, Method, Order, Slicing, TransferFunction};
+use slicestack::scene::{
+    Blend, Classification, ClipPlane, Ends, Fog, FogMode, FogWeighting, Lighting, Method, Order, Slicing, TransferFunction,
+};
 use slicestack::{RenderStats, Scene, Volume};
 
 fn adds_up(stats: &RenderStats, case: &str) {
@@ -65,4 +67,50 @@ fn pictures_of_several_frames_add_theirs() {
     let (_, stats) = render(&volume, &scene);
     adds_up(&stats, "tolerance");
     assert!(stats.tally.frames >= 2, "{:?}", stats.tally);
+}
+
+/// Gradient and light count as savings only where they could have run, and only for what would have had them: fragments in rows that show.
+#[test]
+fn stages_count_as_saved_only_where_they_could_have_run() {
+    let dims = [24, 20, 22];
+    // Values rise along x alone, and only the upper half of them shows.
+    let volume = Volume::new(oblique(dims), fill::<u8>(dims, &|[x, _, _]| 100.0 + 90.0 * x)).unwrap();
+    let half = TransferFunction::new(vec![(0.0, [1.0, 0.5, 0.1])], vec![(150.0, 0.0), (190.0, 0.4)]).unwrap();
+    let scene = || {
+        let scene = Scene::new(half.clone()).with_camera(orbit(10.0, 20.0, 1.3, PARALLEL)).with_size(40, 40).unwrap();
+        scene.with_slices(Slicing::Count(48)).unwrap()
+    };
+    let method = |method: Method| scene().with_method(method).unwrap();
+    let saved = |scene: &Scene, what: &str| {
+        let (_, stats) = render(&volume, scene);
+        let left = stats.left_out.iter().find(|l| l.what == what).unwrap_or_else(|| panic!("{what} is not told of"));
+        (left.saved, stats)
+    };
+    let (light, stats) = saved(&scene(), "light");
+    let (light, shown) = (light.unwrap(), stats.tally.lanes - stats.tally.hidden);
+    assert!(stats.tally.hidden > 0, "a row without anything is missing: {:?}", stats.tally);
+    assert_eq!((light.count, light.of), (shown, shown));
+    let gradient = saved(&scene(), "gradient").0.unwrap();
+    assert_eq!((gradient.count, gradient.of), (6 * shown, 6 * shown + stats.tally.lanes));
+    // With light as many gradients are taken at most: nothing is told that would not have been done.
+    let lit = scene().with_lighting(Some(Lighting::default())).unwrap();
+    let taken = render(&volume, &lit).1.tally.gradients;
+    assert!(taken > 0 && taken <= shown, "{taken} of {shown}");
+    // Each of these scenes is refused with light, or would not run it.
+    let projected = |blend| scene().with_blend(blend).unwrap();
+    let levels = projected(Blend::Iso { level: 160.0 });
+    for (name, scene) in [
+        ("mip", projected(Blend::Mip)),
+        ("average", projected(Blend::Average)),
+        ("iso", levels),
+        ("merge", method(Method::default().with_merge(true))),
+    ] {
+        for what in ["light", "gradient", "gradient opacity", "classify by gradient"] {
+            assert_eq!(saved(&scene, what).0, None, "{name}: {what}");
+        }
+        assert!(name == "iso" || scene.clone().with_lighting(Some(Lighting::default())).is_err(), "{name} can be lit");
+    }
+    // Slabs between two values are lit, but have no gradient opacity.
+    let pairs = method(Method::default().with_classification(Classification::PreIntegrated));
+    assert!(saved(&pairs, "light").0.is_some() && saved(&pairs, "gradient opacity").0.is_none());
 }

@@ -1,6 +1,5 @@
 // The step Gradient, and colour and opacity that depend on it: for scenes that take gradients.
 Object.assign(MEANINGS, { normal: "n", steepness: "|g|", tau: "\u03c4", ctau: "c\u03c4" });
-const NUMBERED = ["x", "y", "z"];
 const slabs = (x) => num(x, 5) + (num(x, 5) === "1" ? " slab" : " slabs");
 const minus = (a, b) => a.map((x, c) => x - b[c]);
 const dot3 = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -46,21 +45,19 @@ function arrowsDrawing(arrows, label) {
   view.append(make("circle", { cx: o[0], cy: o[1], r, fill: "none", stroke: "var(--line)" }));
   // Seen from a little to the right and from above, so that what points at the eye has a length too.
   const flat = (v) => { const x = dot3(v, right), y = dot3(v, up), z = -dot3(v, forward); return [o[0] + r * (x * 0.88 - z * 0.47), o[1] - r * (y * 0.95 - z * 0.27 - x * 0.145)]; };
-  const taken = [];
+  const room = new Room(42, 27, 318, 263);
+  room.take(o[0] - 5, o[1] - 5, o[0] + 5, o[1] + 5);
   for (const [v, name, color, dash] of arrows) {
     const [x, y] = flat(v), dx = x - o[0], dy = y - o[1], l = Math.hypot(dx, dy);
     view.append(make("line", { x1: o[0], y1: o[1], x2: x, y2: y, stroke: color, "stroke-width": dash ? 1.3 : 2.6, "stroke-dasharray": dash }));
     if (l > 6) view.append(make("path", { d: `M${x} ${y}L${x - (dx * 11 + dy * 5) / l} ${y - (dy * 11 - dx * 5) / l}L${x - (dx * 11 - dy * 5) / l} ${y - (dy * 11 + dx * 5) / l}Z`, fill: color }));
-    // Labels step aside from those that are there already.
-    let tx = x + (l > 1 ? (dx / l) * 14 : 0), ty = y + (l > 1 ? (dy / l) * 14 : 0) + 4;
-    while (taken.some((t) => Math.abs(t[0] - tx) < 4 * (name.length + t[2]) + 6 && Math.abs(t[1] - ty) < 15)) ty += ty < o[1] ? -15 : 15;
-    taken.push([tx, ty, name.length]);
-    view.append(make("text", { x: tx, y: ty, "text-anchor": "middle", class: "halo", fill: color }, name));
+    const label = room.beside(name, [x, y], [dx, dy], 4, { class: "halo", fill: color });
+    if (label) view.append(label);
   }
   view.append(make("circle", { cx: o[0], cy: o[1], r: 4, fill: "var(--bad)" }));
   return view;
 }
-const voxelAxes = () => { const m = record.gradient ? record.gradient.matrix : null; return m ? NUMBERED.map((name, a) => [unit3(m.map((row) => row[a])), name, "var(--soft)", "4 3"]) : []; };
+const voxelAxes = () => { const m = record.gradient ? record.gradient.matrix : null; return m ? AXES.map((name, a) => [unit3(m.map((row) => row[a])), name, AXIS_COLORS[a], "4 3"]) : []; };
 const eyeOf = (pixel, i) => { const l = entry(pixel, "light", i); return (l && l.to_eye) || (record.light && record.light.to_eye) || unit3(record.axes.forward).map((x) => -x); };
 
 function gradientPanel(place) {
@@ -74,14 +71,14 @@ function gradientPanel(place) {
   const per = " per voxel";
   if (all.kind === "central") {
     parts.push(para("Central differences: the interpolated values one voxel before and one behind the fragment, along each axis; half of their difference."));
-    parts.push(table(["axis", "index", "value before", "value behind", "half of it"], NUMBERED.map((a, n) => [a, num(g.at[n], 6), num(g.around[2 * n], 6), num(g.around[2 * n + 1], 6), num(g.along[n], 5)])));
+    parts.push(table(["axis", "index", "value before", "value behind", "half of it"], AXES.map((_, n) => [axisLetter(n), num(g.at[n], 6), num(g.around[2 * n], 6), num(g.around[2 * n + 1], 6), num(g.along[n], 5)])));
   } else if (all.kind === "analytic") {
     parts.push(para("The analytic gradient: the derivative of trilinear interpolation itself, from the same eight voxels as the value. Along each axis the four differences of neighbours, weighted as the value is along the other two."));
     parts.push(table(["x, y, z in the cell", "value"], g.around.map((v, n) => [`${n & 1}, ${(n >> 1) & 1}, ${n >> 2}`, num(v, 6)])));
-    parts.push(table(["axis", "index", "difference" + per], NUMBERED.map((a, n) => [a, num(g.at[n], 6), num(g.along[n], 5)])));
+    parts.push(table(["axis", "index", "difference" + per], AXES.map((_, n) => [axisLetter(n), num(g.at[n], 6), num(g.along[n], 5)])));
   } else {
     parts.push(para("Sobel's gradient: central differences smoothed with the weights 1 2 1 along both other axes, 64 voxels in all. Noise that differs from voxel to voxel mostly cancels."));
-    parts.push(table(["axis", "index", "difference" + per], NUMBERED.map((a, n) => [a, num(g.at[n], 6), num(g.along[n], 5)])));
+    parts.push(table(["axis", "index", "difference" + per], AXES.map((_, n) => [axisLetter(n), num(g.at[n], 6), num(g.along[n], 5)])));
   }
   const size = Math.hypot(...g.g), n = unit3(g.g).map((x) => -x), left = leftGradient(pixel, i), leftNormal = column(pixel, "gradient", "normal", i), leftSize = column(pixel, "gradient", "steepness", i);
   parts.push(text("h3", "Into world space"));
@@ -90,7 +87,7 @@ function gradientPanel(place) {
   parts.push(text("h3", "Recomputed, and as the stage left it"));
   parts.push(table(["", "n, X", "n, Y", "n, Z", "|g|"], [[words("recomputed"), ...n.map((x) => num(x, 6)), num(size, 6)], [words("recorded"), ...(leftNormal || [null, null, null]).map((x) => num(x, 6)), num(leftSize, 6)], [words("difference of g; rounding"), ...(left || [NaN, NaN, NaN]).map((x, c) => num(x - g.g[c], 2)), `\u00b1 ${num(g.rounding, 2)}`]]));
   parts.push(agreement(pixel, i));
-  if (size > 0) parts.push(make("figure", {}, arrowsDrawing([...voxelAxes(), [eyeOf(pixel, i), "to the eye", "var(--accent)"], [n, "n", "var(--bad)"]], "the normal, the eye and the axes"), make("figcaption", {}, "The fragment as seen almost from the eye, a little from the right and above. Red: the normal n; blue: the direction to the eye; grey: across the volume's x, y, z.")));
+  if (size > 0) parts.push(make("figure", {}, arrowsDrawing([...voxelAxes(), [eyeOf(pixel, i), "to the eye", "var(--accent)"], [n, "n", "var(--bad)"]], "the normal, the eye and the axes"), make("figcaption", {}, "The fragment as seen almost from the eye, a little from the right and above. Red: the normal n; blue: the direction to the eye; dashed: the volume's axes x, y, z.")));
   return [...parts, steepnessPlot(pixel, place), need];
 }
 // A number of each recorded fragment along the ray.
@@ -117,7 +114,7 @@ function byGradientPanel(place) {
   const { pixel, i } = place, parts = [], by = record.by_gradient, b = entry(pixel, "by_gradient", i), g = entry(pixel, "gradient", i), two = !by.points || !by.points.length;
   const size = g ? Math.hypot(...g.g) : null, value = i >= 0 ? toData(pixel.value[i]) : null;
   if (two) {
-    parts.push(para("This scene's transfer function is over a plane: values to the right, sizes of gradients upwards. Regions of that plane have a colour and an opacity; where they overlap their extinctions add up, and colours weigh by extinction."));
+    parts.push(para("This scene's transfer function is over a plane: values to the right, sizes of gradients upwards. Regions of that plane have a colour and an opacity; where they overlap their extinctions add up, and straight colours weigh by extinction."));
     const plot = new Plot(by.plane[0], by.plane[1], { height: 330, xlabel: "value, in the data's units", ylabel: "|g|", label: "regions of the plane of values and gradients" });
     plot.root.append(make("image", { href: pictures.plane, x: plot.left, y: plot.top, width: plot.w - plot.left - plot.right, height: plot.h - plot.top - plot.bottom, preserveAspectRatio: "none" }));
     pixel.slice.forEach((k, n) => { const o = pixel.gradient && pixel.gradient[n]; if (o && n !== i) plot.dot(toData(pixel.value[n]), Math.hypot(...o.g), "var(--grey)", 2.5, "slice " + k); });
@@ -129,13 +126,13 @@ function byGradientPanel(place) {
     const plot = new Plot([0, top], [0, 1.05], { height: 230, xlabel: "|g|, data units per world unit", ylabel: "factor f", label: "gradient opacity" });
     plot.line(curve, "var(--accent)", { width: 2.5 });
     if (g && b) plot.mark(size, "var(--bad)", "|g| = " + num(size, 4)).dot(size, b.shares[0], "var(--bad)", 5);
-    parts.push(make("figure", {}, transferPlot(i >= 0 ? [{ value, opacity: a, name: "value " + num(value) }] : []), make("figcaption", {}, "By the value: blue: opacity per L\u2080; the band: the colour; grey: how often values occur.")), make("figure", {}, plot.root, make("figcaption", {}, "By the gradient: the factor on the extinction.")));
+    parts.push(make("figure", {}, transferPlot(i >= 0 ? [{ value, opacity: a, name: "value " + num(value) }] : []), make("figcaption", {}, "By the value: blue: opacity per L\u2080; the band: the straight colour; grey: how often values occur.")), make("figure", {}, plot.root, make("figcaption", {}, "By the gradient: the factor on the extinction.")));
   }
   if (i < 0) return [...parts, passed(place)];
   if (!b) return [...parts, note("", "No gradient was taken here, so nothing of this fragment shows.")];
   const length = pixel.length[i];
   if (two) {
-    if (by.regions) parts.push(table(["region", "", "strength here", "opacity per L\u2080"], by.regions.map((r, n) => [`${r.shape} at ${num(r.value, 4)}`, swatch(r.color), num(b.shares[n], 4), num(r.opacity * b.shares[n], 4)])));
+    if (by.regions) parts.push(table(["region", "straight", "strength here", "opacity per L\u2080"], by.regions.map((r, n) => [`${r.shape} at ${num(r.value, 4)}`, swatch(r.color), num(b.shares[n], 4), num(r.opacity * b.shares[n], 4)])));
     parts.push(formula([`\u03c4 = \u03a3 \u2212ln(1 \u2212 opacity) \u00b7 D / L\u2080, D / L\u2080 = ${num(scene.ratio, 5)}`, "extinctions of the regions, over the thickness of one slab"], [`A = 1 \u2212 exp(\u2212\u03c4 \u00b7 ${num(length, 5)}) = ${num(b.want[3], 6)}`, `this piece of the ray is ${slabs(length)} long`]));
   } else {
     parts.push(formula([`\u03c4 = ${num(b.before[3], 6)}`, "optical depth of one slab by the value alone, as the stage classify left it"], [`f(|g|) = f(${num(size, 5)}) = ${num(b.shares[0], 5)}`, "the factor"], [`A = 1 \u2212 exp(\u2212\u03c4 \u00b7 f \u00b7 length) = 1 \u2212 exp(\u2212${num(b.before[3], 4)} \u00b7 ${num(b.shares[0], 4)} \u00b7 ${num(length, 4)}) = ${num(b.want[3], 6)}`, `this piece of the ray is ${slabs(length)} long; without the factor A would be ${num(-Math.expm1(-b.before[3] * length), 5)}`]));

@@ -26,16 +26,16 @@ function lightPanel(place) {
     parts.push(make("div", { class: "pair" }, make("figure", {}, arrowsDrawing(arrows, "normal, eye, lights"), make("figcaption", {}, "Red: the normal; blue: to the eye; green: to the lights; dashed: half way. Seen almost from the eye." + (light.lights.some((x) => x.source === "head") ? " A light at the eye has l = h = v." : ""))),
       table(["<direction, world space", "x", "y", "z"], vectors.map(([name, d]) => [words(name), ...d.map((x) => num(x, 4))]))));
     parts.push(text("h3", "Cosines"));
-    parts.push(table(["<light", "", "S", "H", `H^${num(light.shininess)}`], light.lights.map((lamp, at) => [words(lampName(lamp, at)), swatch(lamp.color), num(l.s[at], 5), num(l.h[at], 5), num(l.h[at] ** light.shininess, 5)])));
+    parts.push(table(["<light", "straight", "S", "H", `H^${num(light.shininess)}`], light.lights.map((lamp, at) => [words(lampName(lamp, at)), swatch(lamp.color), num(l.s[at], 5), num(l.h[at], 5), num(l.h[at] ** light.shininess, 5)])));
     const sum = (f) => [0, 1, 2].map((k) => light.lights.reduce((s, lamp, at) => s + f(at) * lamp.color[k], 0));
     const own = c.map((x) => x * (light.emission + light.ambient)), surface = sum((at) => l.s[at]).map((x, k) => c[k] * light.diffuse * x), mirror = sum((at) => l.h[at] ** light.shininess).map((x) => x * light.specular);
     const total = own.map((x, k) => x + surface[k] + mirror[k]), clamped = total.map((x) => Math.min(1, x)), most = Math.max(1, ...total);
-    parts.push(text("h3", "The terms of the sum"));
+    parts.push(text("h3", "The terms of the sum, all of them straight colours"));
     const row = (name, rgb) => [words(name), swatch(rgb), bar(rgb, most), ...rgb.map((x) => num(x, 4))];
     const rows = [row("c, before light", c), row(`emission + ambient, c \u00b7 ${num(light.emission + light.ambient, 4)}`, own), row(`diffuse, c \u00b7 ${num(light.diffuse, 4)} \u00b7 \u03a3 S c_light`, surface), row(`specular, ${num(light.specular, 4)} \u00b7 \u03a3 H^${num(light.shininess)} c_light`, mirror), row("their sum", total)];
     if (total.some((x) => x > 1)) rows.push(row("clamped to 1", clamped));
     if (light.floor > 0) rows.push(row(`weighed: ${num(l.weight, 4)} of it, ${num(1 - l.weight, 4)} of c`, after));
-    parts.push(table(["<term", "", "", "red", "green", "blue"], rows));
+    parts.push(table(["<term", "straight", "", "red", "green", "blue"], rows));
     if (light.floor > 0) parts.push(formula([`weight = |g|\u00b2 / (|g|\u00b2 + g\u2080\u00b2) = ${num(Math.hypot(...g.g), 5)}\u00b2 / (${num(Math.hypot(...g.g), 5)}\u00b2 + ${num(light.floor, 5)}\u00b2) = ${num(l.weight, 5)}`, "where the gradient is faint its direction is mostly noise: the lit colour counts less there"]));
   }
   parts.push(text("h3", "Before and after"));

@@ -56,7 +56,7 @@ function drawPicture(place) {
   const unit = Math.max(scene.width, scene.height) / 320, marks = record.pixels.map((p, n) => make("circle", { cx: p.x + 0.5, cy: p.y + 0.5, r: (n === state.at ? 5 : 2) * unit, fill: n === state.at ? "none" : "var(--paper)", "fill-opacity": 0.8, stroke: n === state.at ? "var(--bad)" : "var(--ink)", "stroke-width": (n === state.at ? 2 : 0.6) * unit }));
   byId("picture").replaceChildren(picturesvg(place, marks, "the picture; dots are pixels on record"));
   const { pixel } = place;
-  byId("pictured").replaceChildren(`Pixel ${pixel.x}, ${pixel.y}: `, pictureSwatch(pixel), `${list(pixel.picture.slice(0, 3), 4)}, opacity ${num(pixel.picture[3], 4)}. Dots: the ${plural(record.pixels.length, "pixel")} on record; click to choose one.`);
+  byId("pictured").replaceChildren(`Pixel ${pixel.x}, ${pixel.y}: `, pictureSwatch(pixel), `${premultiplied(pixel.picture.slice(0, 3))}, opacity ${num(pixel.picture[3], 4)}. Dots: the ${plural(record.pixels.length, "pixel")} on record; click to choose one.`);
 }
 
 function fill(panel, place) {

@@ -11,13 +11,23 @@ function picturesvg(place, extra, label) {
   return make("div", { class: "stack checker" }, make("img", { src: pictures.picture, alt: "", width: scene.width, height: scene.height }), view);
 }
 
+// An arrow from a to b.
+function arrow(a, b, color, width) {
+  const dx = b[0] - a[0], dy = b[1] - a[1], l = Math.hypot(dx, dy) || 1;
+  return make("g", {}, make("line", { x1: a[0], y1: a[1], x2: b[0], y2: b[1], stroke: color, "stroke-width": width }),
+    make("path", { d: `M${b[0]} ${b[1]}L${b[0] - (dx * 11) / l - (dy * 5) / l} ${b[1] - (dy * 11) / l + (dx * 5) / l}L${b[0] - (dx * 11) / l + (dy * 5) / l} ${b[1] - (dy * 11) / l - (dx * 5) / l}Z`, fill: color }));
+}
+// Text around a place that the record has found for it.
+const labelAt = (words, [x, y], size, bold, fill) => make("text", { x, y: y + 0.35 * size, "text-anchor": "middle", class: "halo", style: textStyle(size, bold, fill) }, words);
+
 // 1. The box and the planes.
 function slicesPanel(place) {
   const { pixel, k, slice } = place, parts = [];
-  const [w, h] = stack.drawing;
+  const [w, h] = stack.drawing, small = narrow() ? 1 : 0, { text: size, letter } = stack.sizes[small];
   const overlay = make("svg", { viewBox: `0 0 ${w} ${h}`, role: "img", "aria-label": "the box, the slice at hand and the ray of the pixel" });
   const [from, to] = pixel.drawn;
   const at = (d) => { const t = (d - stack.near) / (stack.far - stack.near); return [from[0] + t * (to[0] - from[0]), from[1] + t * (to[1] - from[1])]; };
+  AXES.forEach((_, axis) => overlay.append(arrow(stack.corners[0], stack.corners[1 << axis], AXIS_COLORS[axis], 2.5)));
   if (slice && slice.vertices.length) overlay.append(make("polygon", { points: slice.vertices.map((v) => v.drawn.join(",")).join(" "), fill: "var(--accent)", "fill-opacity": 0.22, stroke: "var(--accent)", "stroke-width": 2.5 }));
   overlay.append(make("line", { x1: from[0], y1: from[1], x2: to[0], y2: to[1], stroke: "var(--bad)", "stroke-width": 1.5, "stroke-dasharray": "6 4" }));
   if (pixel.through) {
@@ -28,25 +38,28 @@ function slicesPanel(place) {
     const [x, y] = at(slice.depth);
     overlay.append(make("circle", { cx: x, cy: y, r: 5, fill: "var(--bad)", stroke: "var(--paper)" }));
   }
-  const [a, b] = stack.arrow, dx = b[0] - a[0], dy = b[1] - a[1], l = Math.hypot(dx, dy) || 1;
-  overlay.append(make("line", { x1: a[0], y1: a[1], x2: b[0], y2: b[1], stroke: "var(--ink)", "stroke-width": 2 }),
-    make("path", { d: `M${b[0]} ${b[1]}L${b[0] - (dx * 11) / l - (dy * 5) / l} ${b[1] - (dy * 11) / l + (dx * 5) / l}L${b[0] - (dx * 11) / l + (dy * 5) / l} ${b[1] - (dy * 11) / l - (dx * 5) / l}Z`, fill: "var(--ink)" }),
-    make("text", { x: Math.max(4, a[0] - 8), y: Math.max(a[1], b[1]) + 22, class: "halo" }, "the eye looks this way"));
+  overlay.append(arrow(...stack.arrow, "var(--ink)", 2));
+  for (const label of stack.labels[small]) {
+    const axis = label.axis !== undefined;
+    if (label.at) overlay.append(labelAt(label.text, label.at, axis ? letter : size, axis, axis ? AXIS_COLORS[label.axis] : undefined));
+  }
+  for (const v of slice ? slice.vertices : []) overlay.append(make("circle", { cx: v.drawn[0], cy: v.drawn[1], r: 4, fill: "var(--paper)", stroke: "var(--accent)", "stroke-width": 2 }));
   for (const [i, v] of (slice ? slice.vertices : []).entries()) {
-    overlay.append(make("circle", { cx: v.drawn[0], cy: v.drawn[1], r: 10, fill: "var(--paper)", stroke: "var(--accent)", "stroke-width": 2 }), make("text", { x: v.drawn[0], y: v.drawn[1] + 4.5, "text-anchor": "middle", "font-weight": 600 }, String(i + 1)));
+    const at = v.labels[small];
+    if (at) overlay.append(labelAt(String(i + 1), at, size, true));
   }
   parts.push(make("figure", { class: "drawing" }, make("div", { class: "stack" }, make("img", { src: pictures.drawing, alt: "", width: w, height: h }), overlay),
-    make("figcaption", {}, "The box seen from the side. Grey: its edges; blue-grey: outlines of the stack's slices; blue: the slice at hand; red: the ray of the chosen pixel.")));
+    make("figcaption", {}, "The box seen from the side. Grey: its edges; blue-grey: outlines of the stack's slices; blue: the slice at hand; red: the ray of the chosen pixel. ", axisLetter(0), ", ", axisLetter(1), ", ", axisLetter(2), ": the volume's axes, along which s, t and p grow from 0 at the corner 0 to 1. Numbers: the corners of the polygon, as in the table below.")));
   parts.push(para(`Depth d is the distance from the eye along its line of sight. The box reaches from d = ${num(stack.near)} to ${num(stack.far)}; ${plural(stack.count, "plane")} of constant depth cut it, D = ${num(stack.spacing)} apart.`));
   if (!slice) return [...parts, para("The piece at hand lies behind the last plane: from its value to that where the ray leaves the box.")];
   parts.push(formula([`d = ${num(stack.near)} + (${k} + \u00bd) \u00b7 ${num(stack.spacing)} = ${num(slice.depth, 6)}`, `plane ${k} stands in the middle of its slab, which reaches from ${num(slice.depth - stack.spacing / 2, 6)} to ${num(slice.depth + stack.spacing / 2, 6)}`]));
   if (!slice.vertices.length) return [...parts, note("", "The clip planes leave nothing of the box on this plane: it has no polygon and no fragments.")];
   const cuts = slice.vertices.filter((v) => v.on.some((s) => s >= 6)).length, edges = slice.vertices.length - cuts;
   parts.push(para(`Plane and box share a convex polygon. This one has ${plural(slice.vertices.length, "corner")}${cuts ? `: ${edges} on edges of the box, ${cuts} on clip planes` : ", one for each edge of the box that the plane meets"}. Counter-clockwise as the eye sees them:`));
-  parts.push(table(["corner", "<where", "window x, y (pixels)", "texture s, t, p"], slice.vertices.map((v, i) => [String(i + 1), words(vertexName(v)), v.window.map((x) => num(x, 6)).join(", "), v.texture.map((x) => num(Math.abs(x) < 1e-12 ? 0 : x, 4)).join(", ")])));
+  parts.push(table(["corner", "<where", "window: column, row", ...["s", "t", "p"].map((name, axis) => [`${name}, along `, axisLetter(axis)])], slice.vertices.map((v, i) => [strong(String(i + 1)), words(vertexName(v)), v.window.map((x) => num(x, 6)).join(", "), ...v.texture.map((x) => num(Math.abs(x) < 1e-12 ? 0 : x, 4))])));
   parts.push(para(stack.perspective
-    ? "On a plane of constant depth the texture coordinates are affine in window x and y, in perspective too: between corners they need no division, and q stays 1."
-    : "Parallel rays: the texture coordinates are affine in window x and y, and q stays 1."));
+    ? "On a plane of constant depth the texture coordinates are affine in the window's column and row, in perspective too: between corners they need no division, and q stays 1."
+    : "Parallel rays: the texture coordinates are affine in the window's column and row, and q stays 1."));
   return parts;
 }
 
@@ -87,12 +100,12 @@ function coveragePanel(place) {
   if (!slice.edges.length) return [...parts, note("", "No polygon on this plane: nothing is covered.")];
   const x = pixel.x + 0.5, y = pixel.y + 0.5;
   parts.push(text("h3", "Edge functions at the pixel's centre"));
-  parts.push(para(`Each side of the polygon is a line e(x, y) = a + b x + c y, positive inside. The centre of pixel ${pixel.x}, ${pixel.y} is (${x}, ${y}). It is covered where no side says no:`));
+  parts.push(para(`Each side of the polygon is a line e = a + b column + c row, positive inside. The centre of pixel ${pixel.x}, ${pixel.y} lies at column ${x}, row ${y} of the window. It is covered where no side says no:`));
   let inside = true;
   const rows = slice.edges.map(([a, b, c], n) => {
     const e = a + (b * x + c * y), owner = b > 0 || (b === 0 && c >= 0), yes = e > 0 || (e === 0 && owner);
     inside = inside && yes;
-    return [`${n + 1} to ${((n + 1) % slice.edges.length) + 1}`, words(stack.sides[slice.sides[n]]), `${num(a)}${plus(b, " x")}${plus(c, " y")}`, num(e), yes ? strong("inside", "good") : strong("outside", "bad"), owner ? "yes" : "no"];
+    return [`${n + 1} to ${((n + 1) % slice.edges.length) + 1}`, words(stack.sides[slice.sides[n]]), `${num(a)}${plus(b, " column")}${plus(c, " row")}`, num(e), yes ? strong("inside", "good") : strong("outside", "bad"), owner ? "yes" : "no"];
   });
   parts.push(table(["side", "<lies on", "edge function", "at the centre", "", "left or top side"], rows));
   parts.push(para(inside ? "All of them say inside: this slice leaves a fragment in this pixel." : "One says outside: this slice leaves no fragment in this pixel."));
@@ -113,7 +126,7 @@ function lookupPanel(place) {
   if (!cell || !w) return [para("This piece takes its value where the ray leaves the box: ", strong(num(toData(value))), ".")];
   const index = cell.map((v, a) => v + w[a]), tex = index.map((u, a) => (u + 0.5) / scene.dims[a]);
   parts.push(para("Where is the fragment in the volume? Voxel centres lie at whole numbers of the index, so texture coordinate s in a volume of n voxels means index u = s n \u2212 \u00bd. Its whole part (rounded down, never towards zero) is the cell, the rest is the weight."));
-  parts.push(table(["axis", "texture s, t, p", "index u = s n \u2212 \u00bd", "cell \u230au\u230b", "weight"], ["x", "y", "z"].map((a, n) => [a, num(tex[n], 6), num(index[n], 7), String(cell[n]), num(w[n], 6)])));
+  parts.push(table(["axis", "texture: s, t, p", "index u = s n \u2212 \u00bd", "cell \u230au\u230b", "weight"], AXES.map((_, n) => [axisLetter(n), num(tex[n], 6), num(index[n], 7), String(cell[n]), num(w[n], 6)])));
   if (scene.method.sample === "end") parts.push(para("This scene takes its values at the far side of each slab, not in its middle: an error of first order in the slab's thickness."));
   const nearest = scene.method.filter === "nearest", post = scene.method.classification !== "pre";
   const wx = [1 - w[0], w[0]], wy = [1 - w[1], w[1]], wz = [1 - w[2], w[2]];
@@ -130,13 +143,16 @@ function lookupPanel(place) {
   cube.append(make("polyline", { points: path.map((q) => q.join(",")).join(" "), fill: "none", stroke: "var(--bad)", "stroke-width": 1.5, "stroke-dasharray": "3 3" }));
   c.forEach((v, n) => {
     const [x, y] = p(n & 1, (n >> 1) & 1, n >> 2);
-    cube.append(make("circle", { cx: x, cy: y, r: 4 + 12 * Math.sqrt(weights[n]), fill: "var(--accent)", "fill-opacity": 0.35, stroke: "var(--accent)" }), make("text", { x, y: y + ((n >> 1) & 1 ? -18 : 28), "text-anchor": "middle", class: "halo" }, num(v, 5)));
+    cube.append(make("circle", { cx: x, cy: y, r: 4 + 12 * Math.sqrt(weights[n]), fill: "var(--accent)", "fill-opacity": 0.35, stroke: "var(--accent)" }));
   });
-  const [fx, fy] = p(...w);
-  cube.append(make("circle", { cx: fx, cy: fy, r: 6, fill: "var(--bad)", stroke: "var(--paper)" }), make("text", { x: fx + 10, y: fy + 4, class: "halo", "font-weight": 600 }, num(value, 5)),
-    make("text", { x: o[0] + 80, y: 300, class: "soft" }, "x \u2192"), make("text", { x: 8, y: 170, class: "soft" }, "\u2191 y"), make("text", { x: 330, y: 250, class: "soft" }, "\u2197 z"));
+  const [fx, fy] = p(...w), room = new Room(0, -26, 440, 310), put = (label) => label && cube.append(label);
+  cube.append(make("circle", { cx: fx, cy: fy, r: 6, fill: "var(--bad)", stroke: "var(--paper)" }));
+  room.take(fx - 7, fy - 7, fx + 7, fy + 7);
+  put(room.beside(num(value, 5), [fx, fy], [1, 0], 8, { class: "halo" }, 13, true));
+  [["x \u2192", 150, 300], ["\u2191 y", 30, 170], ["\u2197 z", 330, 250]].forEach(([words, x, y], axis) => put(room.beside(words, [x, y], [0, 1], 0, { class: "halo", fill: AXIS_COLORS[axis] }, 13, true)));
+  c.forEach((v, n) => put(room.beside(num(v, 5), p(n & 1, (n >> 1) & 1, n >> 2), [0, (n >> 1) & 1 ? -1 : 1], 17, { class: "halo" })));
   const rows = c.map((v, n) => [String(cell[0] + (n & 1)) + ", " + (cell[1] + ((n >> 1) & 1)) + ", " + (cell[2] + (n >> 2)), num(v), num(weights[n], 4)]);
-  parts.push(make("div", { class: "pair" }, make("figure", {}, cube, make("figcaption", {}, "The cell. Discs: the eight voxels, their size by weight; red: the fragment.")), table(["voxel i, j, k", "number", "weight"], rows)));
+  parts.push(make("div", { class: "pair" }, make("figure", {}, cube, make("figcaption", {}, "The cell. Discs: the eight voxels, their size by weight; red: the fragment.")), table([["voxel along ", axisLetter(0), ", ", axisLetter(1), ", ", axisLetter(2)], "number", "weight"], rows)));
   if (rounds) {
     const f = (a, b, t, r) => `${num(a)} + ${num(t, 4)} \u00b7 (${num(b)} \u2212 ${num(a)}) = ${num(r)}`;
     parts.push(text("h3", "Three rounds of interpolation"));
@@ -182,15 +198,15 @@ function colourPanel(place) {
   const pre = m.classification === "pre" && m.filter === "linear", pair = pixel.front !== undefined;
   const marks = pre ? [] : pair ? [{ value: toData(pixel.front[i]), name: "front" }, { value, name: "back" }] : [{ value, opacity: a, name: "value " + num(value) }];
   parts.push(para("The transfer function gives each value a straight colour, and an opacity a for a length L\u2080 = " + num(scene.opacity_unit) + " of such material. A length, not a slice: that is what makes the picture independent of the number of slices."));
-  parts.push(make("figure", {}, transferPlot(marks), make("figcaption", {}, "Blue: opacity per L\u2080; the band below: the colour; grey: how often values occur (square roots).")));
+  parts.push(make("figure", {}, transferPlot(marks), make("figcaption", {}, "Blue: opacity per L\u2080; the band below: the straight colour; grey: how often values occur (square roots).")));
   const length = pixel.length[i], ratio = scene.ratio * length;
   const cC = latest(pixel, ["classify"], "color", i), cA = latest(pixel, ["classify"], "alpha", i);
   if (pre) parts.push(para("This scene classifies the eight voxels first and interpolates their premultiplied colours. Interpolating straight colours would let invisible voxels bleed into visible ones."));
   else if (pair) parts.push(para(`The slab lies between two values, ${num(toData(pixel.front[i]))} in front and ${num(value)} behind; a table over both of them holds the integral of the transfer function between them.`));
   else {
     parts.push(make("div", { class: "pair big" },
-      make("div", {}, text("h3", "Straight"), para(swatch([r, g, b]), `colour ${list([r, g, b], 4)}`), para(`opacity a = ${num(a, 6)} per L\u2080`)),
-      make("div", {}, text("h3", "Premultiplied, for this slab"), para(fragmentSwatch(pixel, i, "classify"), list(cC || pixel.color[i], 4)), para(`opacity A = ${num(cA ?? pixel.alpha[i], 6)} for one slab of thickness D`))));
+      make("div", {}, text("h3", "Straight"), para(swatch([r, g, b]), straight([r, g, b])), para(`opacity a = ${num(a, 6)} per L\u2080`)),
+      make("div", {}, text("h3", "Premultiplied, for this slab"), para(fragmentSwatch(pixel, i, "classify"), premultiplied(cC || pixel.color[i])), para(`opacity A = ${num(cA ?? pixel.alpha[i], 6)} for one slab of thickness D`))));
   }
   const A = pixel.alpha[i], corrected = column(pixel, "correct", "alpha", i);
   if (!pair && !pre && m.slab === "exponential") {
@@ -199,7 +215,7 @@ function colourPanel(place) {
     parts.push(formula(
       [`D / L\u2080 = ${num(stack.spacing)} / ${num(scene.opacity_unit)} = ${num(scene.ratio)}`, "how many reference lengths one slab is thick"],
       [`A = 1 \u2212 (1 \u2212 a)^(D/L\u2080) = 1 \u2212 (1 \u2212 ${num(a, 4)})^${num(scene.ratio, 4)} = ${num(exact, 6)}`, `the table that the pipeline looks it up in gave ${num(cA ?? 0, 6)}`],
-      [`C = A \u00b7 c = ${list([r, g, b].map((x) => x * exact), 4)}`, `from the table: ${list(cC || [0, 0, 0], 4)}`]));
+      [`C = A \u00b7 c = ${premultiplied([r, g, b].map((x) => x * exact))}`, `from the table: ${premultiplied(cC || [0, 0, 0])}`]));
   }
   if (!pair && !pre && m.slab === "riemann") parts.push(formula([`A = \u03baL = \u2212ln(1 \u2212 a) \u00b7 D / L\u2080; the table gave ${num(cA ?? 0, 6)}`, "this scene takes the explicit Euler step, which is of first order: see the step Blending"]));
   if (corrected !== null && m.slab === "riemann") parts.push(formula([`A\u2032 = A \u00b7 ${num(length, 5)} = ${num(corrected, 6)}`, `the stage correct: this piece of the ray is ${num(length, 5)} slabs long`]));
@@ -235,7 +251,7 @@ function fogPanel(place) {
   plot.mark(stack.near, "var(--soft)", "box begins").mark(stack.far, "var(--soft)", "box ends");
   const factor = z === null ? null : own && i >= 0 && pixel.fog ? pixel.fog[i][1] : piecewise(curve, z)[0];
   if (z !== null) plot.mark(z, "var(--bad)", null).dot(z, factor, "var(--bad)", 5);
-  parts.push(para("Fog mixes what is far with a colour of its own, ", swatch(fog.color), list(fog.color, 3), ". The factor f says how much of the object is left: 1 near the eye, 0 where only fog is seen. f multiplies the object, 1 \u2212 f the fog."));
+  parts.push(para("Fog mixes what is far with a colour of its own, ", swatch(fog.color), straight(fog.color, 3), ". The factor f says how much of the object is left: 1 near the eye, 0 where only fog is seen. f multiplies the object, 1 \u2212 f the fog."));
   parts.push(formula([f, `${step ? "" : "clamped to 0..1; "}at z = ${num(z)}: f = ${num(factor, 6)}${fog.distance === "planar" ? ", one number for the whole slice" : ", by the fragment's own distance"}`]), plot.root);
   if (fog.mode === "linear" && !step) parts.push(para("Some notes write linear fog as 1 \u2212 z. That is right only if fog begins at 0 and ends at 1; (end \u2212 z) / (end \u2212 start) is 1 at the start and 0 at the end, wherever they are."));
   const weighted = twin(pixel, "fog-weighted"), literal = twin(pixel, "fog-literal");
@@ -244,7 +260,7 @@ function fogPanel(place) {
   parts.push(para("The colour that reaches the blend is premultiplied: C = A c, the colour c of the material times how much of it is there. Fog changes the colour of the material, not its amount:"));
   parts.push(formula(["c\u2032 = f c + (1 \u2212 f) c_fog", "fog on the straight colour, as OpenGL has it"], ["C\u2032 = A c\u2032 = f C + (1 \u2212 f) A c_fog", "the same, multiplied by A: the fog's part is weighted by the opacity too"], ["C\u2032 = f C + (1 \u2212 f) c_fog", "the formula taken literally on premultiplied colour: the A is missing. Where A = 0 there is nothing to see, and yet it adds (1 \u2212 f) c_fog"]));
   const black = own && fog.color.every((c) => c === 0);
-  if (black) parts.push(note("", strong("Black hides the mistake: "), `(1 \u2212 f) c_fog is (0, 0, 0) in this scene's black fog, so both formulas give the same. The comparison below is the same fog in an example colour, `, swatch(scene.example_fog.color), `${list(scene.example_fog.color, 3)}. It is not in the picture above.`));
+  if (black) parts.push(note("", strong("Black hides the mistake: "), `(1 \u2212 f) c_fog is (0, 0, 0) in this scene's black fog, so both formulas give the same. The comparison below is the same fog in an example colour, `, swatch(scene.example_fog.color), `${straight(scene.example_fog.color, 3)}. It is not in the picture above.`));
   if (il >= 0) {
     const A = literal.alpha[il], stage = own && i >= 0 ? pixel.stages.findIndex((s) => s.name === "fog") : -1;
     const rows = [];
@@ -256,7 +272,7 @@ function fogPanel(place) {
     rows.push(["weighted", iw >= 0 ? twinSwatch(pixel, "fog-weighted", iw) : null, words(iw >= 0 ? list(weighted.color[iw], 4) : "passed over: nothing here shows"), num(iw >= 0 ? weighted.alpha[iw] : 0, 4)]);
     rows.push(["literal", twinSwatch(pixel, "fog-literal", il), words(list(literal.color[il], 4)), num(A, 4)]);
     parts.push(text("h3", "This fragment in both fogs, as rendered"), table(["fog", "", "<premultiplied colour that goes into the blend", "A"], rows));
-    if (A === 0) parts.push(note("wrong", `This fragment is empty, A = 0. Weighted fog leaves it black and invisible. Literal fog hands ${list(literal.color[il], 4)} to the blend: light out of nothing.`));
+    if (A === 0) parts.push(note("wrong", `This fragment is empty, A = 0. Weighted fog leaves it black and invisible. Literal fog hands ${premultiplied(literal.color[il])} to the blend: light out of nothing.`));
   }
   if (literal && weighted) {
     let lit = [0, 0, 0], empty = 0;
@@ -268,8 +284,8 @@ function fogPanel(place) {
       empty += 1;
     });
     parts.push(text("h3", "The whole pixel in both fogs, as rendered"));
-    parts.push(table(["fog", "", "<colour gathered", "opacity"], [["weighted", gatheredSwatch(pixel, "fog-weighted"), words(list(weighted.gathered.slice(0, 3), 5)), num(1 - weighted.gathered[3], 5)], ["literal", gatheredSwatch(pixel, "fog-literal"), words(list(literal.gathered.slice(0, 3), 5)), num(1 - literal.gathered[3], 5)]]));
-    if (empty) parts.push(para(`The ray crosses ${plural(empty, "slice")} where nothing is (A = 0)${scene.order === "front-to-back" ? `; in literal fog they add ${list(lit, 4)} of light` : ""}. ${scene.order === "front-to-back" && lit.every((x) => x === 0) ? "Fog has not set in there (f = 1), or nothing gets past what lies before: it does no harm in this pixel." : "More slices would add more: the picture would depend on how finely it is cut, as no right picture does."}`));
+    parts.push(table(["fog", "", "<premultiplied colour gathered", "opacity"], [["weighted", gatheredSwatch(pixel, "fog-weighted"), words(list(weighted.gathered.slice(0, 3), 5)), num(1 - weighted.gathered[3], 5)], ["literal", gatheredSwatch(pixel, "fog-literal"), words(list(literal.gathered.slice(0, 3), 5)), num(1 - literal.gathered[3], 5)]]));
+    if (empty) parts.push(para(`The ray crosses ${plural(empty, "slice")} where nothing is (A = 0)${scene.order === "front-to-back" ? `; in literal fog they add ${premultiplied(lit)} of light` : ""}. ${scene.order === "front-to-back" && lit.every((x) => x === 0) ? "Fog has not set in there (f = 1), or nothing gets past what lies before: it does no harm in this pixel." : "More slices would add more: the picture would depend on how finely it is cut, as no right picture does."}`));
   }
   if (pictures.weighted) parts.push(make("div", { class: "pair" },
     make("figure", {}, make("img", { src: pictures.weighted, alt: "the scene in weighted fog", class: "chart checker" }), make("figcaption", {}, strong("Weighted: ", "good"), "fog lies on the object alone. Both pictures over an opaque background.")),
@@ -281,7 +297,7 @@ function fogPanel(place) {
 // How the pixel's colour grew.
 function journeyPlot(pixel, place) {
   const s = pixel, range = record.slices, top = Math.max(0.05, 1, ...s.sum.flat().filter(Number.isFinite));
-  const plot = new Plot([range[0], Math.max(range[0] + 1, range[1])], [0, Math.min(1.2, top * 1.02)], { height: 290, xlabel: "slice", label: "the pixel's colour, opacity and transmittance, slice by slice", keys: [["red gathered", "var(--red)"], ["green gathered", "var(--green)"], ["blue gathered", "var(--blue)"], ["transmittance T", "var(--ink)", "5 3"], ["opacity 1 \u2212 T", "var(--soft)"]] });
+  const plot = new Plot([range[0], Math.max(range[0] + 1, range[1])], [0, Math.min(1.2, top * 1.02)], { height: 290, xlabel: "slice", ylabel: "premultiplied", label: "the pixel's premultiplied colour, opacity and transmittance, slice by slice", keys: [["red gathered", "var(--red)"], ["green gathered", "var(--green)"], ["blue gathered", "var(--blue)"], ["transmittance T", "var(--ink)", "5 3"], ["opacity 1 \u2212 T", "var(--soft)"]] });
   const order = s.slice.map((_, n) => n), back = scene.order === "back-to-front";
   if (back) order.reverse();
   const at = (f) => {
@@ -327,9 +343,9 @@ const KEPT = {
   mip: [["greatest value", toData]],
   min: [["smallest value", toData]],
   average: [["sum of (number \u2212 table's first) \u00b7 length", same], ["sum of lengths", same]],
-  add: [["red", same], ["green", same], ["blue", same]],
+  add: [["premultiplied red", same], ["green", same], ["blue", same]],
   lmip: [["last value", toData], ["greatest value", toData]],
-  surfaces: [["red", same], ["green", same], ["blue", same], ["transmittance", same]],
+  surfaces: [["premultiplied red", same], ["green", same], ["blue", same], ["transmittance", same]],
   iso: [["last value", toData], ["crossing, in slices", same]],
 };
 
@@ -344,7 +360,7 @@ function blendPanel(place) {
     const heads = [...kept.map(([name]) => name), ...(ends ? [""] : adds ? ["opacity"] : [])];
     const rows = pixel.slice.map((k, n) => ({ kind: k === place.k ? "here" : "minor", cells: [String(k), num(toData(pixel.value[n])), pixel.covered[n] ? "yes" : "no", ...numbers(pixel.sum[n], pixel.transmittance[n])] }));
     const end = numbers(pixel.gathered, pixel.gathered[3]);
-    parts.push(text("h3", "What the pixel kept, slice by slice"), table(["slice", "value", "covered", ...heads], rows, { tall: true }), para(`In the end: ${heads.map((h, n) => (h ? h + " " : "") + end[n]).join(", ")}; the picture's pixel is ${list(pixel.picture, 5)}, premultiplied.`));
+    parts.push(text("h3", "What the pixel kept, slice by slice"), table(["slice", "value", "covered", ...heads], rows, { tall: true }), para(`In the end: ${heads.map((h, n) => (h ? h + " " : "") + end[n]).join(", ")}; the picture's pixel is ${premultiplied(pixel.picture, 5)}.`));
     return parts;
   }
   const back = scene.order === "back-to-front";
@@ -352,7 +368,7 @@ function blendPanel(place) {
   else {
     const was = before(pixel, pixel.start, i), C = pixel.color[i], A = pixel.alpha[i];
     const done = !back && scene.terminate > 0 && scene.method.slab !== "riemann" && was.t < scene.terminate;
-    parts.push(para(`Slice ${place.k === stack.count ? "behind the last" : place.k} is blended ${back ? "over what lies behind it" : "under what lies before it"}:`));
+    parts.push(para("All numbers of colours in this step are premultiplied, gathered sums too; swatches show the straight colour."), para(`Slice ${place.k === stack.count ? "behind the last" : place.k} is blended ${back ? "over what lies behind it" : "under what lies before it"}:`));
     if (done) parts.push(note("", `This pixel had finished before: T = ${num(was.t)} lies below ${num(scene.terminate)}. The slice ran for other pixels of its block and changed nothing here.`));
     else if (back) parts.push(formula([`colour = C + (1 \u2212 A) \u00b7 colour = ${list(C, 4)} + ${num(1 - A, 5)} \u00b7 ${list(was.sum, 4)} = ${list(pixel.sum[i], 5)}`, "what is nearer hides the share A of all that is behind it"], [`T = (1 \u2212 A) \u00b7 T = ${num(1 - A, 5)} \u00b7 ${num(was.t, 5)} = ${num(pixel.transmittance[i], 6)}`, "light of the background that comes through"]));
     else parts.push(formula([`colour = colour + T \u00b7 C = ${list(was.sum, 4)} + ${num(was.t, 5)} \u00b7 ${list(C, 4)} = ${list(pixel.sum[i], 5)}`, "of this slab's light, the share T gets past what lies before it"], [`T = T \u00b7 (1 \u2212 A) = ${num(was.t, 5)} \u00b7 ${num(1 - A, 5)} = ${num(pixel.transmittance[i], 6)}`, "what is left for the slabs behind it"]));
@@ -369,7 +385,7 @@ function blendPanel(place) {
     if (finished && !over++) rows.push({ kind: "after", cells: [make("td", { class: "text", colspan: 8 }, `not blended: the pixel was finished, T = ${num(was.t, 4)} < ${num(scene.terminate)}`)] });
     rows.push({ kind: (here ? "here" : weight > 0.01 ? "" : "minor") + (finished ? " after" : ""), cells: [String(k), num(toData(pixel.value[n])), [fragmentSwatch(pixel, n), num(pixel.alpha[n], 4)], num(was.t, 4), ...pixel.sum[n].map((x) => num(x, 4)), num(pixel.transmittance[n], 4)] });
   });
-  if (rows.length) parts.push(para(`Slices that show something here, in the order they ${over ? "came; those in grey ran for other pixels of the block and were not blended here" : "were blended"}:`), table(["slice", "value", "colour, A", "T before", "red", "green", "blue", "T after"], rows, { tall: true }));
+  if (rows.length) parts.push(para(`Slices that show something here, the swatch their straight colour, the gathered red, green and blue premultiplied, in the order they ${over ? "came; those in grey ran for other pixels of the block and were not blended here" : "were blended"}:`), table(["slice", "value", "straight colour, A", "T before", "red gathered", "green", "blue", "T after"], rows, { tall: true }));
   else if (whole) parts.push(note("", "No recorded slice shows anything in this pixel: it keeps what it starts from."));
   else parts.push(note("", `None of the slices on this page, ${record.slices[0]} to ${record.slices[1] - 1} of 0 to ${stack.count - 1}, shows anything in this pixel. What the others gave it is in its result:`));
   const bg = scene.background, T = pixel.gathered[3];
@@ -385,7 +401,7 @@ function orderParts(pixel) {
   const rows = [row("front to back, to the end", ftb.gathered)];
   if (btf) rows.push(row("back to front", btf.gathered));
   if (ftb.closed) rows.push(row("closed sum, in f64", ftb.closed));
-  parts.push(table(["", "red", "green", "blue", "T"], rows));
+  parts.push(table(["<premultiplied", "red", "green", "blue", "T"], rows));
   const apart = Math.max(0, ...[btf && btf.gathered, ftb.closed].filter(Boolean).flatMap((v) => v.slice(0, 3).map((x, c) => Math.abs(x - ftb.gathered[c]))));
   parts.push(formula(["colour = \u03a3 C\u2096 \u00b7 (1 \u2212 A\u2081)(1 \u2212 A\u2082) \u2026 (1 \u2212 A\u2096\u208b\u2081)", `each slab's light times what all slabs before it let through. They differ by ${num(apart, 2)} at most: by rounding${scene.method.target === "unorm8" ? " to 8 bits" : ""}, for they are one sum, worked out in different orders`]));
   return parts;
@@ -400,7 +416,7 @@ function stopParts(pixel) {
   if (at < 0) return [...parts, para(`T never falls below ${num(limit)} on this ray (it ends at ${num(ftb.gathered[3])}): every slice is needed.`)];
   const rest = ftb.slice.slice(at + 1).filter((_, n) => ftb.covered[at + 1 + n]).length;
   const lost = [0, 1, 2].map((c) => ftb.gathered[c] - ftb.sum[at][c]);
-  parts.push(para(`At slice ${ftb.slice[at]} the transmittance falls to ${num(ftb.transmittance[at], 3)}, below ${num(limit)}: whatever comes behind can change the pixel by no more than that. ${rest ? `The ${plural(rest, "slice")} recorded behind it would add ${list(lost, 2)}.` : "Nothing is recorded behind it."}`));
+  parts.push(para(`At slice ${ftb.slice[at]} the transmittance falls to ${num(ftb.transmittance[at], 3)}, below ${num(limit)}: whatever comes behind can change the pixel by no more than that. ${rest ? `The ${plural(rest, "slice")} recorded behind it would add ${premultiplied(lost, 2)}.` : "Nothing is recorded behind it."}`));
   if (scene.order === "back-to-front") parts.push(para("Back to front there is no early stop: the slice that hides all others comes last."));
   else if (!scene.terminate) parts.push(para("This scene asks for every slice (terminate = 0)."));
   return parts;
@@ -425,7 +441,7 @@ function stiffParts(place) {
   if (euler) {
     const row = (name, g) => [words(name), ...g.slice(0, 3).map((x) => num(x, 5)), num(g[3], 5)];
     const least = Math.min(1, ...euler.transmittance.filter((t) => t !== null));
-    parts.push(table(["this pixel, as rendered", "red", "green", "blue", "T at the end"], [row("1 \u2212 exp(\u2212\u03baL)", ftb.gathered), row("\u03baL (riemann)", euler.gathered)]));
+    parts.push(table(["<this pixel, as rendered, premultiplied", "red", "green", "blue", "T at the end"], [row("1 \u2212 exp(\u2212\u03baL)", ftb.gathered), row("\u03baL (riemann)", euler.gathered)]));
     parts.push(para(`The greatest \u03baL of a slab on this ray is ${num(worst, 4)}. `, worst > 2 ? strong("Past 2 the Euler step's transmittance grows instead of fading. ", "bad") : worst > 1 ? strong("Past 1 the Euler step's transmittance turns negative. ", "bad") : "It stays below 1, so the Euler step is stable here, and only inexact (of first order). ", least < 0 ? `Its transmittance falls to ${num(least, 4)} on the way.` : ""));
   }
   if (worst > 0 && Number.isFinite(worst)) {
@@ -476,7 +492,7 @@ function fragmentList(place) {
     for (const [quantity, entries] of Object.entries(stage.columns)) {
       const x = entries[i];
       if (x === null || x === undefined) continue;
-      if (quantity === "color") said.push(make("span", {}, fragmentSwatch(pixel, i, stage.name), "C = " + list(x, 4)));
+      if (quantity === "color") said.push(make("span", {}, fragmentSwatch(pixel, i, stage.name), "C = " + premultiplied(x)));
       else if (quantity === "covered") said.push(x ? "covered" : "not covered");
       else if (scene.blend !== "over" && (quantity === "sum" || quantity === "transmittance")) said.push(...keptWords(quantity, x));
       else if (quantity === "value") said.push("value " + num(toData(x), 6));

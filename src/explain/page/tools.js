@@ -41,24 +41,32 @@ function formula(...lines) {
   return make("div", { class: "formula" }, lines.map((l) => (Array.isArray(l) ? [text("div", l[0]), text("div", l[1], { class: "gloss" })] : text("div", l))));
 }
 
-// Heads that begin with < stand over words, the others over numbers.
+// The volume's axes: the same letter in the same colour on the drawn box and in tables.
+const AXES = ["x", "y", "z"], AXIS_COLORS = ["var(--red)", "var(--green)", "var(--blue)"];
+const axisLetter = (a) => make("b", { style: `color:${AXIS_COLORS[a]}` }, AXES[a]);
+
+// Heads that begin with < stand over words, the others over numbers; a list is put together.
 function table(head, rows, options = {}) {
   const body = rows.map((row) => {
     const cells = row.cells || row;
     return make("tr", { class: row.kind }, cells.map((c) => (c instanceof Node && c.tagName === "TD" ? c : make("td", {}, c))));
   });
-  const grid = make("table", {}, make("thead", {}, make("tr", {}, head.map((h) => (h.startsWith("<") ? make("th", { scope: "col", class: "text" }, h.slice(1)) : make("th", { scope: "col" }, h))))), make("tbody", {}, body));
+  const grid = make("table", {}, make("thead", {}, make("tr", {}, head.map((h) => (typeof h === "string" && h.startsWith("<") ? make("th", { scope: "col", class: "text" }, h.slice(1)) : make("th", { scope: "col" }, h))))), make("tbody", {}, body));
   return make("div", { class: "scroll" + (options.tall ? " tall" : ""), tabindex: options.tall ? 0 : undefined }, grid);
 }
 const words = (s) => text("td", s, { class: "text" });
 
 const clamp01 = (x) => Math.min(1, Math.max(0, x || 0));
 const css = (rgb) => "rgb(" + rgb.slice(0, 3).map((c) => Math.round(255 * clamp01(c))).join(" ") + ")";
+// Every colour on the page says which of the two it is.
+const straight = (rgb, digits = 4) => "straight " + list(rgb, digits);
+const premultiplied = (rgb, digits = 4) => "premultiplied " + list(rgb, digits);
 // A swatch of straight colour: of lights, fogs and the transfer function. What the record holds is premultiplied and has the swatches below.
-const swatch = (rgb, of) => make("span", { class: "swatch", style: "background:" + css(rgb), title: list(rgb, 4), "data-of": of });
+const swatch = (rgb, of, title) => make("span", { class: "swatch", style: "background:" + css(rgb), title: title || straight(rgb), "data-of": of });
 const straightOf = (rgb, alpha) => (alpha > 0 ? rgb.map((c) => c / alpha) : [0, 0, 0]);
 // A premultiplied colour as the page shows it: straight. What is there without any opacity, as literal fog makes it, is shown as it is.
 const shownOf = (rgb, alpha) => (alpha > 0 ? straightOf(rgb, alpha) : rgb);
+const shownTitle = (rgb, alpha) => (alpha > 0 || rgb.every((c) => c === 0) ? straight(shownOf(rgb, alpha)) : `light without opacity ${list(rgb, 4)}`);
 
 // Colour and opacity of fragment i after a stage (after all of them without one), and the stage that set them last.
 function fragmentAfter(pixel, i, stage) {
@@ -73,12 +81,12 @@ function fragmentAfter(pixel, i, stage) {
 // The only swatches of what is on record. The same place of the record has the same colour wherever it stands on the page.
 function fragmentSwatch(pixel, i, stage) {
   const { stage: by, rgb, alpha } = fragmentAfter(pixel, i, stage);
-  return swatch(shownOf(rgb, alpha), `fragment, ${by}, pixel ${pixel.x},${pixel.y}, slice ${pixel.slice[i]}`);
+  return swatch(shownOf(rgb, alpha), `fragment, ${by}, pixel ${pixel.x},${pixel.y}, slice ${pixel.slice[i]}`, shownTitle(rgb, alpha));
 }
 const stageBefore = (pixel, stage) => pixel.stages[pixel.stages.findIndex((s) => s.name === stage) - 1].name;
-const twinSwatch = (pixel, name, i) => swatch(shownOf(twin(pixel, name).color[i], twin(pixel, name).alpha[i]), `fragment of ${name}, pixel ${pixel.x},${pixel.y}, slice ${twin(pixel, name).slice[i]}`);
-const gatheredSwatch = (pixel, name) => swatch(shownOf(twin(pixel, name).gathered.slice(0, 3), 1 - twin(pixel, name).gathered[3]), `gathered of ${name}, pixel ${pixel.x},${pixel.y}`);
-const pictureSwatch = (pixel) => swatch(shownOf(pixel.picture.slice(0, 3), pixel.picture[3]), `picture, pixel ${pixel.x},${pixel.y}`);
+const twinSwatch = (pixel, name, i) => swatch(shownOf(twin(pixel, name).color[i], twin(pixel, name).alpha[i]), `fragment of ${name}, pixel ${pixel.x},${pixel.y}, slice ${twin(pixel, name).slice[i]}`, shownTitle(twin(pixel, name).color[i], twin(pixel, name).alpha[i]));
+const gatheredSwatch = (pixel, name) => swatch(shownOf(twin(pixel, name).gathered.slice(0, 3), 1 - twin(pixel, name).gathered[3]), `gathered of ${name}, pixel ${pixel.x},${pixel.y}`, shownTitle(twin(pixel, name).gathered.slice(0, 3), 1 - twin(pixel, name).gathered[3]));
+const pictureSwatch = (pixel) => swatch(shownOf(pixel.picture.slice(0, 3), pixel.picture[3]), `picture, pixel ${pixel.x},${pixel.y}`, shownTitle(pixel.picture.slice(0, 3), pixel.picture[3]));
 
 const toData = (x) => (x === null ? null : record.scale * x + record.offset);
 const isNumberPlain = record.scale === 1 && record.offset === 0;

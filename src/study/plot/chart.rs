@@ -1,6 +1,6 @@
 //! Curves over two logarithmic axes.
 
-use super::axis::Span;
+use super::axis::{Span, Ticks};
 use super::{ADVANCE, Anchor, Axis, Drawing, FONT, Ink, Shape, marker};
 
 /// A curve and its name.
@@ -13,6 +13,8 @@ pub(in crate::study) struct Curve {
     pub(in crate::study) look: usize,
     /// A plain thin dashed line without marks: a prediction, not a measurement.
     pub(in crate::study) guide: bool,
+    /// Not one of those to look at: grey, behind the others.
+    pub(in crate::study) faint: bool,
 }
 
 /// What is plotted.
@@ -60,26 +62,34 @@ impl Chart {
             .iter()
             .map(|c| c.points.iter().filter(|p| p.iter().all(|v| *v > 0.0 && v.is_finite())).map(place).collect())
             .collect();
-        for (curve, points) in self.curves.iter().zip(&shown) {
-            let dash = curve.guide.then_some([5.0, 4.0]);
-            let width = if curve.guide { 1.0 } else { 1.8 };
-            shapes.push(Shape::Line { points: points.clone(), ink: ink(curve), width, dash });
-        }
-        for (curve, points) in self.curves.iter().zip(&shown).filter(|(c, _)| !c.guide) {
-            shapes.extend(points.iter().map(|&p| marker(curve.look, p, 4.0)));
-        }
+        let mut parts: Vec<Vec<Shape>> = self.curves.iter().zip(&shown).map(|(curve, points)| drawn(curve, points)).collect();
         if wide {
-            frame.names_beside(&self.curves, &shown, &mut shapes);
+            frame.names_beside(&self.curves, &shown, &mut parts);
         } else {
-            for (i, curve) in self.curves.iter().enumerate() {
+            for (i, (curve, parts)) in self.curves.iter().zip(&mut parts).enumerate() {
                 let (column, row) = (i as f64 % per_row, (i as f64 / per_row).floor());
                 let at = [14.0 + column * names, frame.bottom + 48.0 + row * ROW];
-                shapes.extend(sign(curve, at));
-                shapes.push(text([at[0] + 12.0, at[1]], &curve.name, ink(curve), Anchor::Start, false));
+                parts.extend(sign(curve, at));
+                parts.push(text([at[0] + 12.0, at[1]], &curve.name, ink(curve), Anchor::Start, false));
             }
         }
+        let mut curves: Vec<Shape> =
+            self.curves.iter().zip(parts).map(|(curve, shapes)| Shape::Curve { faint: curve.faint, shapes }).collect();
+        // Those to look at lie on top.
+        curves.sort_by_key(|curve| !matches!(curve, Shape::Curve { faint: true, .. }));
+        shapes.extend(curves);
         Drawing { width, height: frame.bottom + 42.0 + legend, title: self.title.clone(), shapes }
     }
+}
+
+/// A curve's line and marks.
+fn drawn(curve: &Curve, points: &[[f64; 2]]) -> Vec<Shape> {
+    let (dash, width) = (curve.guide.then_some([5.0, 4.0]), if curve.guide || curve.faint { 1.0 } else { 1.8 });
+    let mut shapes = vec![Shape::Line { points: points.to_vec(), ink: ink(curve), width, dash }];
+    if !curve.guide {
+        shapes.extend(points.iter().map(|&p| marker(curve.look, p, if curve.faint { 3.0 } else { 4.0 })));
+    }
+    shapes
 }
 
 fn ink(curve: &Curve) -> Ink {
@@ -111,14 +121,48 @@ struct Frame {
     bottom: f64,
 }
 
+/// A tick of the lower axis: where it stands, its label, and where the label's middle is.
+struct Tick {
+    at: f64,
+    label: Option<String>,
+    middle: f64,
+}
+
+impl Tick {
+    /// Half of the label's width.
+    fn half(&self) -> f64 {
+        self.label.as_ref().map_or(0.0, |l| 0.5 * ADVANCE * l.chars().count() as f64)
+    }
+}
+
+/// Whether no label lies on another, with a little air between them.
+fn apart(ticks: &[Tick]) -> bool {
+    let mut named: Vec<&Tick> = ticks.iter().filter(|t| t.label.is_some()).collect();
+    named.sort_by(|a, b| a.middle.total_cmp(&b.middle));
+    named.windows(2).all(|w| w[1].middle - w[0].middle >= w[0].half() + w[1].half() + 4.0)
+}
+
 impl Frame {
+    /// The ticks of the lower axis with `most` labels. Labels at its ends are moved into the drawing.
+    fn ticks_below(&self, ticks: Ticks, span: Span, most: usize) -> Vec<Tick> {
+        let place = |(value, label)| {
+            let at = self.left + span.place(value) * (self.right - self.left);
+            let tick = Tick { at, label, middle: at };
+            let middle = at.min(self.right + 10.0 - tick.half()).max(tick.half());
+            Tick { middle, ..tick }
+        };
+        span.ticks(ticks, most).into_iter().map(place).collect()
+    }
+
     fn axes(&self, chart: &Chart, [x, y]: [Span; 2], shapes: &mut Vec<Shape>) {
         let line = |a: [f64; 2], b: [f64; 2], ink| Shape::Line { points: vec![a, b], ink, width: 1.0, dash: None };
-        for (value, label) in x.ticks(chart.x.ticks, ((self.right - self.left) / 56.0) as usize) {
-            let at = self.left + x.place(value) * (self.right - self.left);
+        // As many labels as lie beside each other.
+        let most = ((self.right - self.left) / 56.0) as usize;
+        let ticks = (1..=most).rev().map(|most| self.ticks_below(chart.x.ticks, x, most)).find(|t| apart(t));
+        for Tick { at, label, middle } in ticks.unwrap_or_else(|| self.ticks_below(chart.x.ticks, x, 1)) {
             shapes.push(line([at, self.top], [at, self.bottom], Ink::Grid));
             if let Some(label) = label {
-                shapes.push(text([at, self.bottom + 13.0], &label, Ink::Muted, Anchor::Middle, false));
+                shapes.push(text([middle, self.bottom + 13.0], &label, Ink::Muted, Anchor::Middle, false));
             }
         }
         for (value, label) in y.ticks(chart.y.ticks, ((self.bottom - self.top) / 26.0) as usize) {
@@ -147,7 +191,7 @@ impl Frame {
     }
 
     /// Names beside the last points, moved apart where they would lie on each other.
-    fn names_beside(&self, curves: &[Curve], shown: &[Vec<[f64; 2]>], shapes: &mut Vec<Shape>) {
+    fn names_beside(&self, curves: &[Curve], shown: &[Vec<[f64; 2]>], parts: &mut [Vec<Shape>]) {
         let mut list: Vec<(usize, [f64; 2])> =
             shown.iter().enumerate().filter_map(|(i, points)| Some((i, *points.iter().max_by(|a, b| a[0].total_cmp(&b[0]))?))).collect();
         list.sort_by(|a, b| a.1[1].total_cmp(&b.1[1]).then(a.0.cmp(&b.0)));
@@ -162,7 +206,7 @@ impl Frame {
             floor = *h - ROW;
         }
         for (&(i, end), &h) in list.iter().zip(&heights) {
-            let (curve, at) = (&curves[i], [self.right + 18.0, h]);
+            let (curve, shapes, at) = (&curves[i], &mut parts[i], [self.right + 18.0, h]);
             let points = vec![[end[0] + 6.0, end[1]], [self.right + 4.0, h], [at[0] - 7.0, h]];
             shapes.push(Shape::Line { points, ink: Ink::Grid, width: 1.0, dash: None });
             shapes.extend(sign(curve, at));

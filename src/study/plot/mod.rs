@@ -26,6 +26,8 @@ pub(super) enum Ink {
     Muted,
     Grid,
     Paper,
+    /// Curves that are not the ones to look at.
+    Faint,
     /// One of the curves' colours, counted round.
     Curve(usize),
     /// A colour that means itself, on any page.
@@ -43,9 +45,15 @@ impl Ink {
             Self::Muted => [96, 104, 112],
             Self::Grid => [222, 226, 230],
             Self::Paper => [255, 255, 255],
+            Self::Faint => [176, 182, 188],
             Self::Curve(i) => CURVES[i % CURVES.len()],
             Self::Exact(rgb) => rgb,
         }
+    }
+
+    /// What a faint curve is drawn in instead.
+    fn faint(self) -> Self {
+        if matches!(self, Self::Curve(_)) { Self::Faint } else { self }
     }
 
     /// The colour as a page's style says it.
@@ -63,6 +71,7 @@ impl Ink {
             Self::Muted => "k-muted".into(),
             Self::Grid => "k-grid".into(),
             Self::Paper => "k-paper".into(),
+            Self::Faint => "k-faint".into(),
             Self::Curve(i) => format!("k-{}", i % CURVES.len()),
             Self::Exact(_) => String::new(),
         }
@@ -86,6 +95,21 @@ pub(super) enum Shape {
     Area { points: Vec<[f64; 2]>, fill: Ink, edge: Option<Ink> },
     /// Text whose middle height lies at `at`; `up` reads from below to above.
     Text { at: [f64; 2], text: String, ink: Ink, anchor: Anchor, bold: bool, up: bool },
+    /// A picture, a PNG file, whose upper left corner lies at `at`; its pixels are squares.
+    Image { at: [f64; 2], size: [f64; 2], png: Vec<u8> },
+    /// A curve with its marks and its name. A faint one is grey until it is pointed at.
+    Curve { faint: bool, shapes: Vec<Shape> },
+}
+
+#[cfg(test)]
+impl Shape {
+    /// This shape, or those that it is made of.
+    pub(super) fn parts(&self) -> &[Shape] {
+        match self {
+            Self::Curve { shapes, .. } => shapes,
+            shape => std::slice::from_ref(shape),
+        }
+    }
 }
 
 /// A finished drawing.
@@ -127,5 +151,7 @@ pub(super) fn marker(curve: usize, [x, y]: [f64; 2], size: f64) -> Shape {
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+#[allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 mod tests;
+#[cfg(test)]
+pub(super) use tests::{no_text_on_another, read};

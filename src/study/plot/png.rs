@@ -2,7 +2,7 @@
 
 use super::{Anchor, Drawing, Ink, Shape};
 use crate::picture::png::rgb8;
-use crate::{Error, Result};
+use crate::{Error, Picture, Result};
 use noto_sans_mono_bitmap::{FontWeight, RasterHeight, get_raster, get_raster_width};
 use tiny_skia::{Color, FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke, StrokeDash, Transform};
 
@@ -20,29 +20,59 @@ impl Drawing {
         let refused = || Error::invalid(format!("a plot of {width} x {height} pixels"));
         let mut pixels = Pixmap::new(width, height).ok_or_else(refused)?;
         pixels.fill(Color::WHITE);
-        let view = Transform::from_scale(SCALE as f32, SCALE as f32);
         for shape in &self.shapes {
-            match shape {
-                Shape::Line { points, ink, width, dash } => {
-                    let Some(path) = path(points, false) else { continue };
-                    let dash = dash.and_then(|[on, off]| StrokeDash::new(vec![on as f32, off as f32], 0.0));
-                    let stroke =
-                        Stroke { width: *width as f32, dash, line_join: LineJoin::Round, line_cap: LineCap::Butt, ..Stroke::default() };
-                    pixels.stroke_path(&path, &paint(*ink), &stroke, view, None);
-                }
-                Shape::Area { points, fill, edge } => {
-                    let Some(path) = path(points, true) else { continue };
-                    pixels.fill_path(&path, &paint(*fill), FillRule::Winding, view, None);
-                    if let Some(edge) = edge {
-                        pixels.stroke_path(&path, &paint(*edge), &Stroke { width: 1.3, ..Stroke::default() }, view, None);
-                    }
-                }
-                Shape::Text { at, text, ink, anchor, bold, up } => write(&mut pixels, *at, text, *ink, *anchor, *bold, *up),
-            }
+            draw(&mut pixels, shape, false)?;
         }
         // Everything lies on opaque white.
         let rgb: Vec<u8> = pixels.data().chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect();
         rgb8(width, height, &rgb)
+    }
+}
+
+/// Draws `shape`, grey where it is part of a faint curve.
+fn draw(pixels: &mut Pixmap, shape: &Shape, faint: bool) -> Result<()> {
+    let view = Transform::from_scale(SCALE as f32, SCALE as f32);
+    let shade = |ink: Ink| if faint { ink.faint() } else { ink };
+    match shape {
+        Shape::Line { points, ink, width, dash } => {
+            let Some(path) = path(points, false) else { return Ok(()) };
+            let dash = dash.and_then(|[on, off]| StrokeDash::new(vec![on as f32, off as f32], 0.0));
+            let stroke = Stroke { width: *width as f32, dash, line_join: LineJoin::Round, line_cap: LineCap::Butt, ..Stroke::default() };
+            pixels.stroke_path(&path, &paint(shade(*ink)), &stroke, view, None);
+        }
+        Shape::Area { points, fill, edge } => {
+            let Some(path) = path(points, true) else { return Ok(()) };
+            pixels.fill_path(&path, &paint(shade(*fill)), FillRule::Winding, view, None);
+            if let Some(edge) = edge {
+                pixels.stroke_path(&path, &paint(shade(*edge)), &Stroke { width: 1.3, ..Stroke::default() }, view, None);
+            }
+        }
+        Shape::Text { at, text, ink, anchor, bold, up } => write(pixels, *at, text, shade(*ink), *anchor, *bold, *up),
+        Shape::Image { at, size, png } => paste(pixels, *at, *size, &Picture::decode(png, "a picture of a drawing")?),
+        Shape::Curve { faint: grey, shapes } => {
+            for shape in shapes {
+                draw(pixels, shape, faint || *grey)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Lays an opaque picture into the drawing; each of its pixels becomes a rectangle.
+fn paste(pixels: &mut Pixmap, at: [f64; 2], size: [f64; 2], picture: &Picture) {
+    let [left, top, right, bottom] = [at[0], at[1], at[0] + size[0], at[1] + size[1]].map(|x| (x * SCALE).round().max(0.0) as u32);
+    let (columns, rows) = (u64::from(picture.width()), u64::from(picture.height()));
+    let width = pixels.width();
+    for y in top..bottom.min(pixels.height()) {
+        for x in left..right.min(width) {
+            let column = u64::from(x - left) * columns / u64::from(right - left);
+            let row = u64::from(y - top) * rows / u64::from(bottom - top);
+            let rgb = picture.pixel(column as u32, row as u32);
+            let to = 4 * (y * width + x) as usize;
+            for (byte, c) in pixels.data_mut()[to..to + 3].iter_mut().zip(rgb) {
+                *byte = (c * 255.0 + 0.5) as u8;
+            }
+        }
     }
 }
 

@@ -15,10 +15,39 @@ fn axis(label: &str, ticks: Ticks) -> Axis {
     Axis { label: label.into(), ticks }
 }
 
+/// Most curves to look at.
+const BEST: usize = 4;
+
+/// The methods to look at: the default, and those that are the cheapest way to an error, smaller errors first. All where there are few.
+pub(super) fn best(record: &Record) -> Vec<&str> {
+    if record.methods.len() <= BEST {
+        return record.methods.iter().map(|m| m.name.as_str()).collect();
+    }
+    let mut best = vec![METHODS[0].name];
+    for name in record.advice.iter().rev().filter_map(|a| a.method.as_deref()) {
+        if best.len() < BEST && !best.contains(&name) {
+            best.push(name);
+        }
+    }
+    best
+}
+
+/// What a caption says of the curves in grey, where there are any.
+pub(super) fn in_grey(record: &Record) -> &'static str {
+    match record.methods.len() > BEST {
+        true => {
+            " In colour: the default, and the cheapest ways to the errors of the table above. The others are grey: point at a curve or its name, or click it, to see it."
+        }
+        false => "",
+    }
+}
+
 fn curves(record: &Record, place: impl Fn(&Point) -> Option<[f64; 2]>) -> Vec<Curve> {
+    let best = best(record);
     let curve = |name: &String| {
         let of_method = record.points.iter().filter(|p| p.method == *name);
-        Curve { name: name.clone(), points: of_method.filter_map(&place).collect(), look: look(name), guide: false }
+        let faint = !best.contains(&name.as_str());
+        Curve { name: name.clone(), points: of_method.filter_map(&place).collect(), look: look(name), guide: false, faint }
     };
     record.methods.iter().map(|m| curve(&m.name)).filter(|c| !c.points.is_empty()).collect()
 }
@@ -47,7 +76,13 @@ pub(super) fn convergence(record: &Record) -> Plot {
             // Down to the least error or out to the finest picture, whichever comes first.
             let far = last.min(first * (top / least).powf(1.0 / f64::from(order)));
             let down = top * (far / first).powi(-order);
-            curves.push(Curve { name: format!("order {order}"), points: vec![[first, top], [far, down]], look: 0, guide: true });
+            curves.push(Curve {
+                name: format!("order {order}"),
+                points: vec![[first, top], [far, down]],
+                look: 0,
+                guide: true,
+                faint: false,
+            });
         }
     }
     Plot::Chart(Chart {
@@ -81,6 +116,7 @@ pub(super) fn cost(record: &Record, of: &str) -> Plot {
         points: list().map(|c| [c.size as f64, f(c)]).collect(),
         look,
         guide: false,
+        faint: false,
     };
     let mut curves = vec![curve("frame", 0, &|c| c.seconds)];
     if of == "volume" {
@@ -89,7 +125,7 @@ pub(super) fn cost(record: &Record, of: &str) -> Plot {
     let ends: Vec<[f64; 2]> = list().map(|c| [c.size as f64, c.seconds]).collect();
     if let (Some(first), Some(last), "image") = (ends.first(), ends.last(), of) {
         let points = vec![*first, [last[0], first[1] * last[0] / first[0]]];
-        curves.push(Curve { name: "in proportion".into(), points, look: 0, guide: true });
+        curves.push(Curve { name: "in proportion".into(), points, look: 0, guide: true, faint: false });
     }
     let (unit, title) =
         if of == "image" { ("pixels", "Time against the size of the picture") } else { ("voxels", "Time against the size of the volume") };
@@ -103,9 +139,9 @@ pub(super) fn counts(stability: &Stability, opacity: f64) -> Plot {
         let list = || stability.counts.iter().filter(|c| c.target == target && c.opacity == opacity);
         let points = |f: &dyn Fn(&super::super::stability::CountPoint) -> f64| list().map(|c| [c.slices as f64, f(c)]).collect::<Vec<_>>();
         let name = if target == "f32" { "f32 as it is used" } else { target };
-        curves.push(Curve { name: name.into(), points: points(&|c| c.error.max(1e-9)), look: i, guide: false });
+        curves.push(Curve { name: name.into(), points: points(&|c| c.error.max(1e-9)), look: i, guide: false, faint: false });
         let said = if target == "8 bits" { "predicted, 8 bits".into() } else { format!("bound, {target}") };
-        curves.push(Curve { name: said, points: points(&|c| c.predicted), look: i, guide: true });
+        curves.push(Curve { name: said, points: points(&|c| c.predicted), look: i, guide: true, faint: false });
     }
     Plot::Chart(Chart {
         title: format!("Error of a uniform medium of opacity {opacity}"),
@@ -132,6 +168,7 @@ pub(super) fn riemann(stability: &Stability) -> Plot {
             .collect(),
         look,
         guide,
+        faint: false,
     };
     let slices = stability.riemann.first().map_or(0, |p| p.slices);
     Plot::Chart(Chart {

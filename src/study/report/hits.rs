@@ -4,6 +4,9 @@ use super::super::record::HitKind;
 use super::page::{Cell, table};
 use super::{error, or_dash, time};
 
+/// Why there is no distance.
+const NOWHERE: &str = "no pixel meets the same surface in the picture and in the reference";
+
 /// Heading, table, and what it shows; nothing where there are no rows.
 pub(super) fn section(list: &[HitKind]) -> String {
     let (Some(first), Some(last)) = (list.first(), list.last()) else { return String::new() };
@@ -14,8 +17,8 @@ pub(super) fn section(list: &[HitKind]) -> String {
             Cell::Number(time(h.seconds)),
             Cell::Number(error(h.rms)),
             Cell::Number(error(h.max)),
-            Cell::Number(or_dash(h.mean_distance, error)),
-            Cell::Number(or_dash(h.max_distance, error)),
+            Cell::number(h.mean_distance, error, NOWHERE),
+            Cell::number(h.max_distance, error, NOWHERE),
             Cell::Number(h.elsewhere.to_string()),
         ]
     };

@@ -7,6 +7,8 @@ mod page;
 mod pictures;
 mod scene;
 mod stability;
+mod strip;
+mod tables;
 
 pub use scene::scene_files;
 pub use stability::stability_files;

@@ -3,10 +3,11 @@
 use super::super::advice::slope;
 use super::super::plot::{escape, short};
 use super::super::precision::Study;
-use super::super::record::{Advice, Balance, GradientKind, MethodRecord, Point, Record, Shared};
+use super::super::record::{Advice, Balance, Record, Shared};
 use super::page::{Cell, page, table};
 use super::pictures::{difference, png};
-use super::{File, Plot, algorithms, charts, error, hits, or_dash, time};
+use super::tables::{advice_table, all_points, balance_table, gradients_table, methods_table};
+use super::{File, Plot, algorithms, charts, error, hits, or_dash, strip, time};
 use crate::Result;
 use crate::reference::metrics;
 use base64::Engine;
@@ -20,6 +21,7 @@ pub fn scene_files(study: &Study) -> Result<Vec<File>> {
     let record = &study.record;
     let mut files = vec![
         File::json("report.json", record)?,
+        File::csv("details.csv", &record.details)?,
         File::csv("points.csv", &record.points)?,
         File::csv("methods.csv", &record.methods)?,
         File::csv("stages.csv", &record.stages)?,
@@ -36,7 +38,9 @@ pub fn scene_files(study: &Study) -> Result<Vec<File>> {
         files.extend(plot.files(name)?);
     }
     let pictures = pictures(study)?;
-    files.push(File::text("report.html", html(record, &plots, &pictures)));
+    let details = strip::pictures(study)?;
+    files.push(File::text("report.html", html(record, &plots, &pictures, &strip::section(record, &details))));
+    files.extend(details);
     files.extend(pictures.into_iter().map(|p| File { name: p.name, bytes: p.bytes }));
     Ok(files)
 }
@@ -101,11 +105,15 @@ fn plots(record: &Record) -> Vec<(&'static str, Plot, String)> {
             "work-precision",
             charts::work_precision(record),
             format!(
-                "{} x {} pixels, {} threads, {}. Each mark is a picture; along a curve the number of slices doubles, or the tolerance falls.",
-                s.image[0], s.image[1], s.threads, s.simd
+                "{} x {} pixels, {} threads, {}. Each mark is a picture; along a curve the number of slices doubles, or the tolerance falls.{}",
+                s.image[0],
+                s.image[1],
+                s.threads,
+                s.simd,
+                charts::in_grey(record)
             ),
         ),
-        ("convergence", charts::convergence(record), "Dashed: the slopes of orders 1, 2 and 3.".to_owned()),
+        ("convergence", charts::convergence(record), format!("Dashed: the slopes of orders 1, 2 and 3.{}", charts::in_grey(record))),
     ];
     if let Some(stages) = charts::stages(record) {
         let caption = "Batches of 64 fragments timed on the way; \"between stages\" is geometry, passing over what is empty or finished, and the rest.";
@@ -192,7 +200,7 @@ fn markdown(record: &Record) -> String {
 }
 
 /// The method of a recommendation, and what to ask it for.
-fn asked(a: &Advice, quote: &str) -> String {
+pub(super) fn asked(a: &Advice, quote: &str) -> String {
     let method = a.method.as_deref().unwrap_or("-");
     match (a.tolerance, a.slices) {
         (Some(t), _) => format!("{quote}tolerance = {t}{quote}"),
@@ -201,14 +209,14 @@ fn asked(a: &Advice, quote: &str) -> String {
     }
 }
 
-fn default_of(a: &Advice) -> String {
+pub(super) fn default_of(a: &Advice) -> String {
     match (a.default_slices, a.default_seconds) {
         (Some(n), Some(t)) => format!("{n} slices, {}", time(t)),
         _ => "-".into(),
     }
 }
 
-fn html(record: &Record, plots: &[(&str, Plot, String)], pictures: &[Shown]) -> String {
+fn html(record: &Record, plots: &[(&str, Plot, String)], pictures: &[Shown], strip: &str) -> String {
     let s = &record.setting;
     let figure = |name: &str| plots.iter().find(|p| p.0 == name).map_or(String::new(), |p| p.1.figure(&escape(&p.2)));
     let mut body = format!("<h1>What error costs: {}</h1>\n", escape(&s.name));
@@ -216,6 +224,7 @@ fn html(record: &Record, plots: &[(&str, Plot, String)], pictures: &[Shown]) -> 
         "<p>{} x {} x {} voxels ({}), a picture of {} x {} pixels, {} threads, {}. Single pictures are shown in {} slices.</p>\n",
         s.dimensions[0], s.dimensions[1], s.dimensions[2], s.voxel_type, s.image[0], s.image[1], s.threads, s.simd, s.slices
     );
+    body += strip;
     body += "<h2>Which method for which error</h2>\n";
     body += &advice_table(record);
     body += "<p class=\"soft\">The cheapest picture measured whose RMS error lies below the first column; the default, unless \
@@ -272,89 +281,6 @@ fn html(record: &Record, plots: &[(&str, Plot, String)], pictures: &[Shown]) -> 
     page(&format!("What error costs: {}", s.name), &body)
 }
 
-fn advice_table(record: &Record) -> String {
-    let row = |a: &Advice| {
-        vec![
-            Cell::Number(format!("{:e}", a.error)),
-            Cell::Text(if a.method.is_some() { asked(a, "") } else { "not reached within the budget".into() }),
-            Cell::Number(or_dash(a.seconds, time)),
-            Cell::Number(or_dash(a.rms, error)),
-            Cell::Text(default_of(a)),
-        ]
-    };
-    let rows: Vec<Vec<Cell>> = record.advice.iter().map(row).collect();
-    table(&["RMS error at most", "cheapest way", "time of a frame", "its error", "by the default alone"], &rows)
-}
-
-fn balance_table(list: &[Balance]) -> String {
-    let Some(first) = list.first() else { return String::new() };
-    let percent = |x: f64| Cell::Number(format!("{:.1} %", 100.0 * x));
-    let row = |b: &Balance| {
-        let mut row = vec![
-            Cell::Number(format!("{0} x {0}", b.tile)),
-            Cell::Number(b.tiles.to_string()),
-            Cell::Number(time(b.longest)),
-            Cell::Number(time(b.seconds)),
-            percent(b.idle),
-        ];
-        row.extend(b.shared.iter().map(|s| Cell::Number(format!("{:.1} x, {:.1} %", s.speedup, 100.0 * s.mean_idle))));
-        row
-    };
-    let more: Vec<String> = first.shared.iter().map(|s| format!("on {} threads", s.threads)).collect();
-    let mut head = vec!["tile", "tiles", "longest", "frame", "idle"];
-    head.extend(more.iter().map(String::as_str));
-    let rows: Vec<Vec<Cell>> = list.iter().map(row).collect();
-    format!(
-        "<h2>How work falls on threads</h2>\n{}<p class=\"soft\">Frame and idle: measured on {} threads, idle being the share of the frame that the \
-         least busy of them had nothing to do. The rest is worked out from the shortest time of each tile in several frames, each tile going to the \
-         first thread that is free: how many times as fast as one thread, and how much of the time threads stand idle on average.</p>\n",
-        table(&head, &rows),
-        first.threads
-    )
-}
-
-fn gradients_table(list: &[GradientKind]) -> String {
-    let Some(first) = list.first() else { return String::new() };
-    let row = |g: &GradientKind| {
-        vec![
-            Cell::Text(g.kind.clone()),
-            Cell::Number(time(g.seconds)),
-            Cell::Number(error(g.rms)),
-            Cell::Number(error(g.max)),
-            Cell::Number(error(g.reference_bound)),
-        ]
-    };
-    let rows: Vec<Vec<Cell>> = list.iter().map(row).collect();
-    format!(
-        "<h2>Kinds of gradient</h2>\n{}<p class=\"soft\">The scene in {} slices with each kind, against the reference with the same kind, on {} \
-         pixels. Pictures of different kinds are different pictures: see which one is wanted.</p>\n",
-        table(&["gradient", "frame", "RMS", "largest", "bound of the reference"], &rows),
-        first.slices,
-        first.reference_pixels
-    )
-}
-
-fn methods_table(methods: &[MethodRecord], points: &[Point]) -> String {
-    let row = |m: &MethodRecord| {
-        let least = points.iter().filter(|p| p.method == m.name).map(|p| p.rms).fold(f64::INFINITY, f64::min);
-        let remark = match (&m.other_limit, &m.missing) {
-            (_, Some(why)) => format!("not made: {why}"),
-            (Some(why), None) => format!("converges to another picture: it {why}"),
-            (None, None) => String::new(),
-        };
-        vec![
-            Cell::Text(m.name.clone()),
-            Cell::Text(m.about.clone()),
-            Cell::Number(or_dash(m.expected_order, |o| o.to_string())),
-            Cell::Number(or_dash(m.measured_order, |o| format!("{o:.2}"))),
-            Cell::Number(if least.is_finite() { error(least) } else { "-".into() }),
-            Cell::Text(remark),
-        ]
-    };
-    let rows: Vec<Vec<Cell>> = methods.iter().map(row).collect();
-    table(&["method", "what it does", "order expected", "measured", "least error", "remark"], &rows)
-}
-
 fn measured(record: &Record) -> String {
     let s = &record.setting;
     let pixels = match s.reference_step {
@@ -377,27 +303,4 @@ fn measured(record: &Record) -> String {
         time(s.budget),
         escape(&s.version)
     )
-}
-
-fn all_points(points: &[Point]) -> String {
-    let row = |p: &Point| {
-        vec![
-            Cell::Text(p.method.clone()),
-            Cell::Number(p.slices.to_string()),
-            Cell::Number(or_dash(p.tolerance, |t| t.to_string())),
-            Cell::Number(time(p.seconds)),
-            Cell::Number(time(p.prepare_seconds)),
-            Cell::Number(error(p.rms)),
-            Cell::Number(error(p.max)),
-            Cell::Number(error(p.p999)),
-            Cell::Number(or_dash(p.psnr, |x| format!("{x:.1} dB"))),
-            Cell::Number(format!("{:.1} %", 100.0 * p.visible)),
-            Cell::Number(or_dash(p.ssim, |x| format!("{x:.4}"))),
-            Cell::Number(or_dash(p.flip, |x| format!("{x:.4}"))),
-        ]
-    };
-    let rows: Vec<Vec<Cell>> = points.iter().map(row).collect();
-    let head =
-        ["method", "slices", "tolerance", "frame", "prepared", "RMS", "largest", "99.9 %", "PSNR", "off by 1/255 or more", "SSIM", "FLIP"];
-    format!("<details><summary>All {} pictures in numbers</summary>\n{}</details>\n", points.len(), table(&head, &rows))
 }
