@@ -133,6 +133,9 @@ fn bad_input_is_told_in_one_line_and_leaves_nothing() {
         (&["--json", "file.txt"], 2, &["file.txt", "no record"]),
         (&["--json", "no/r.json"], 1, &["no/r.json"]),
         (&["--render.profile", "opengl"], 1, &["profile opengl"]),
+        (&["--render.algorithm", "shells"], 1, &["render algorithm shells", "flat slices"]),
+        (&["--slices.jitter", "3"], 1, &["slices jitter", "flat slices"]),
+        (&["--cut", "1,0,0"], 1, &["cut: a page follows rays through the whole box"]),
         (&["--render.filter", "cubic"], 1, &["render filter cubic", "64"]),
         (&["--camera.azimuth", "north"], 2, &["camera.azimuth"]),
     ] {

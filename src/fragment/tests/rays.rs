@@ -45,7 +45,7 @@ fn hold_cells<const FAR: bool>(n: &mut Numbers) {
                         rest %= frame.sample.strides[larger] as u64;
                         low %= frame.sample.strides[larger] as u64;
                     }
-                    let (got, low) = if stride > 0 { (rest / stride, low / stride) } else { (0, 0) };
+                    let [got, low] = [rest, low].map(|of| of.checked_div(stride).unwrap_or(0));
                     assert_eq!(got as f64, cell, "axis {axis}, ray {i} at {level}");
                     assert_near(after.sample.weight[axis][i], u - cell, ROUNDING, level, i);
                     let place = after.rays.as_deref().expect("the batch has rays").place[axis][i];
