@@ -157,7 +157,8 @@ impl Search<'_> {
             known.extend(points.iter().filter(|p| p.method == method.name && p.tolerance.is_none()).map(|p| (p.slices, p.rms)));
             known.sort_by_key(|k| k.0);
             let next = next_count(&known, error);
-            let per_slice = tried.iter().map(|t| t.seconds / t.slices as f64).fold(0.0, f64::max);
+            // Few slices cost more than their share.
+            let per_slice = tried.iter().max_by_key(|t| t.slices).map_or(0.0, |t| t.seconds / t.slices as f64);
             let new = !tried.iter().any(|t| t.method == method.name && t.slices == next);
             match best {
                 Some((i, off)) if off <= libm::log(NEAR) || tries >= TRIES || !new => return Ok(i),
