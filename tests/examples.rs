@@ -149,7 +149,7 @@ fn lessons_run_from_the_command() {
         (&["7"], 2, "1 (polygons)"),
         (&["fetch", "-o", "file"], 1, "not a folder"),
         (&["fetch", "-o", "no/such"], 1, "no/such"),
-        (&["-o", "lessons"], 2, "lesson"),
+        (&["-o", "lessons"], 2, "<LESSON>"),
     ] {
         let (found, told, said) = run(args);
         assert_eq!((found, told.as_str(), said.lines().count()), (Some(status), "", 1), "{args:?}: {said}");

@@ -32,6 +32,8 @@ pub(super) struct Search<'s> {
     pub(super) clock: &'s Clock,
     /// The part of the budget that may be gone when the details are there.
     pub(super) part: f64,
+    /// The part that may be gone when their frames have been timed again.
+    pub(super) timed: f64,
 }
 
 /// A picture that was tried: its error and time, and the detail of it.
@@ -65,6 +67,14 @@ pub(super) fn measure(
     // Where a picture of few slices errs most.
     let coarse = search.scene.clone().with_method(midpoint.method)?.with_slices(Slicing::Count(16))?;
     let window = search.window(&renderer.render(&coarse)?.0);
+    let rays = f64::from(window.size.0) * f64::from(window.size.1);
+    // Not more than half of the time.
+    let truth = if search.reference_pixel * rays <= 0.5 * search.clock.left(search.part) {
+        let whole = image(search.scene, search.volume, window)?;
+        Some(Displayed::over_black(whole.size().0, whole.pixels())?)
+    } else {
+        None
+    };
     let mut tried = Vec::new();
     let mut chosen: Vec<usize> = Vec::new();
     for error in ERRORS {
@@ -80,7 +90,7 @@ pub(super) fn measure(
     }
     let mut seconds: Vec<f64> = chosen.iter().map(|&i| tried[i].seconds).collect();
     let frames = chosen.iter().zip(&mut seconds).map(|(&i, s)| (&tried[i].scene, s)).collect();
-    search.clock.shortest(search.part, renderer, frames)?;
+    search.clock.shortest(search.timed, renderer, frames)?;
     let detail = |((&i, seconds), error): ((&usize, f64), f64)| {
         let t: &Tried = &tried[i];
         Detail {
@@ -97,13 +107,6 @@ pub(super) fn measure(
     };
     let details = chosen.iter().zip(seconds).zip(ERRORS).map(detail).collect();
     let pictures = chosen.iter().map(|&i| tried[i].shown.clone()).collect();
-    let rays = f64::from(window.size.0) * f64::from(window.size.1);
-    let truth = if search.reference_pixel * rays <= search.clock.left(search.part) {
-        let whole = image(search.scene, search.volume, window)?;
-        Some(Displayed::over_black(whole.size().0, whole.pixels())?)
-    } else {
-        None
-    };
     Ok((details, pictures, truth))
 }
 
@@ -154,7 +157,8 @@ impl Search<'_> {
             known.extend(points.iter().filter(|p| p.method == method.name && p.tolerance.is_none()).map(|p| (p.slices, p.rms)));
             known.sort_by_key(|k| k.0);
             let next = next_count(&known, error);
-            let per_slice = tried.iter().map(|t| t.seconds / t.slices as f64).fold(0.0, f64::max);
+            // Few slices cost more than their share.
+            let per_slice = tried.iter().max_by_key(|t| t.slices).map_or(0.0, |t| t.seconds / t.slices as f64);
             let new = !tried.iter().any(|t| t.method == method.name && t.slices == next);
             match best {
                 Some((i, off)) if off <= libm::log(NEAR) || tries >= TRIES || !new => return Ok(i),

@@ -14,12 +14,13 @@ use std::time::Instant;
 /// Seconds a study may take unless told.
 const BUDGET: f64 = 60.0;
 /// Parts of the budget that are gone when the reference is there, then that of the spline, the pictures, their SSIM and FLIP, the details at
-/// several errors, the pictures' repetitions, the stages, the kinds of gradient, the kinds of hit, the algorithms, the threads, the sizes.
+/// several errors, their repetitions, those of the pictures, the stages, the kinds of gradient, the kinds of hit, the algorithms, the threads, the sizes.
 const REFERENCE: f64 = 0.15;
 const SPLINE: f64 = 0.22;
 const FIRST: f64 = 0.55;
 const JUDGED: f64 = 0.62;
-const DETAILS: f64 = 0.68;
+const DETAILS: f64 = 0.66;
+const DETAILS_TIMED: f64 = 0.7;
 const PICTURES: f64 = 0.8;
 const STAGES: f64 = 0.86;
 const GRADIENTS: f64 = 0.885;
@@ -179,6 +180,7 @@ pub fn study(volume: &Volume, scene: &Scene, options: &Options) -> Result<Study>
         reference_pixel: reference_seconds / reference.pixels().len().max(1) as f64,
         clock: &clock,
         part: DETAILS,
+        timed: DETAILS_TIMED,
     };
     let (details, shown, detail_truth) = details::measure(&search, &mut renderer, &found.points)?;
     clock.now("times")?;

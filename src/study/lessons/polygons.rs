@@ -1,7 +1,7 @@
 //! Lesson 1, polygons: planes of constant depth cut a box, and each cut is a convex polygon of 3 to 6 corners.
 
 use super::super::plot::{Drawing, Ink, Shape};
-use super::figure::{LINE, color, letter, line, titled, words};
+use super::figure::{LINE, color, letter, line, rectangle, titled, words};
 use crate::Result;
 use crate::proxy::Stack;
 use crate::scene::{Camera, Placement, Projection};
@@ -25,15 +25,10 @@ pub(super) fn make() -> Result<(String, Drawing)> {
         let (x, y) = view.window(corner);
         [LEFT + x, TOP + y]
     });
-    let middle = [LEFT + f64::from(SIDE) / 2.0, TOP + f64::from(SIDE) / 2.0];
     let mut shapes = Vec::new();
-    for (name, end) in [("x", corners[1]), ("y", corners[2]), ("z", corners[4])] {
-        shapes.push(line(corners[0], end, Ink::Muted, 1.0));
-        let (dx, dy) = (end[0] - middle[0], end[1] - middle[1]);
-        let out = 12.0 / dx.hypot(dy);
-        shapes.push(letter([end[0] + dx * out, end[1] + dy * out], name, Ink::Text));
+    for (a, b) in (0..8).flat_map(|c| [1, 2, 4].map(|bit| (c, c | bit))).filter(|(a, b)| a != b) {
+        shapes.push(line(corners[a], corners[b], if a == 0 { Ink::Text } else { Ink::Grid }, 1.2));
     }
-    shapes.push(letter([corners[0][0], corners[0][1] + 11.0], "0", Ink::Text));
 
     let faces = ["x low", "x high", "y low", "y high", "z low", "z high"];
     let legend = LEFT + f64::from(SIDE) + 20.0;
@@ -59,6 +54,15 @@ pub(super) fn make() -> Result<(String, Drawing)> {
         shapes.push(line([legend, row], [legend + 22.0, row], ink, 3.0));
         shapes.push(words([legend + 30.0, row], &format!("{k}   {:6.1}   {count}", polygon.depth)));
     }
+    // Letters a little beyond the ends of the axes, on paper of their own.
+    for (name, [x, y]) in [("x", corners[1]), ("y", corners[2]), ("z", corners[4])] {
+        let (dx, dy) = (x - corners[0][0], y - corners[0][1]);
+        let out = 12.0 / dx.hypot(dy);
+        let at = [x + dx * out, y + dy * out];
+        shapes.push(rectangle([at[0] - 5.0, at[1] - 7.0], [at[0] + 5.0, at[1] + 7.0], Ink::Paper));
+        shapes.push(letter(at, name, Ink::Text));
+    }
+    shapes.push(letter([corners[0][0] - 8.0, corners[0][1] + 10.0], "0", Ink::Text));
     shapes.push(words([legend, TOP + 20.0 + LINE * (stack.count + 2) as f64], "orange is near, blue is far"));
     let size = [legend + 230.0, TOP + f64::from(SIDE) + 10.0];
     Ok((told, titled("Lesson 1: planes of constant depth cut the box of a volume", size, shapes)))

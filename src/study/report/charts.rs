@@ -18,14 +18,24 @@ fn axis(label: &str, ticks: Ticks) -> Axis {
 /// Most curves to look at.
 const BEST: usize = 4;
 
-/// The methods to look at: the default, and those that are the cheapest way to an error, smaller errors first. All where there are few.
+/// The methods to look at: the default, those that are the cheapest way to an error, smaller errors first, and the ones that come nearest to
+/// them. All where there are few.
 pub(super) fn best(record: &Record) -> Vec<&str> {
     if record.methods.len() <= BEST {
         return record.methods.iter().map(|m| m.name.as_str()).collect();
     }
-    let mut best = vec![METHODS[0].name];
-    for name in record.advice.iter().rev().filter_map(|a| a.method.as_deref()) {
-        if best.len() < BEST && !best.contains(&name) {
+    // A curve of order 2 has one product of error and squared time: that of its finest picture tells how far to the left it lies.
+    let product = |name: &str| {
+        let of_method = record.points.iter().filter(|p| p.method == name);
+        of_method.min_by(|a, b| a.rms.total_cmp(&b.rms)).map_or(f64::INFINITY, |p| p.rms * p.seconds * p.seconds)
+    };
+    let mut choices: Vec<&str> = METHODS.iter().filter(|m| m.is_a_choice() && m.other_limit.is_none()).map(|m| m.name).collect();
+    choices.retain(|name| product(name).is_finite());
+    choices.sort_by(|a, b| product(a).total_cmp(&product(b)));
+    let cheapest = record.advice.iter().rev().filter_map(|a| a.method.as_deref());
+    let mut best: Vec<&str> = Vec::new();
+    for name in std::iter::once(METHODS[0].name).chain(cheapest).chain(choices) {
+        if best.len() < BEST && !best.contains(&name) && record.methods.iter().any(|m| m.name == name) {
             best.push(name);
         }
     }
@@ -34,12 +44,11 @@ pub(super) fn best(record: &Record) -> Vec<&str> {
 
 /// What a caption says of the curves in grey, where there are any.
 pub(super) fn in_grey(record: &Record) -> &'static str {
-    match record.methods.len() > BEST {
-        true => {
-            " In colour: the default, and the cheapest ways to the errors of the table above. The others are grey: point at a curve or its name, or click it, to see it."
-        }
-        false => "",
+    if record.methods.len() <= BEST {
+        return "";
     }
+    " In colour: the default, the cheapest ways to the errors of the table above, and those that come nearest to them. The others are grey: point \
+     at a curve or its name, or click it, to see it."
 }
 
 fn curves(record: &Record, place: impl Fn(&Point) -> Option<[f64; 2]>) -> Vec<Curve> {
