@@ -163,7 +163,6 @@ impl Sheet {
     /// # Errors
     /// [`Error::Invalid`] for a volume of colours, a picture too small for its cuts, and where this machine does not give the memory.
     pub fn draw(&self, volume: &Volume) -> Result<Drawn> {
-        volume.check_scalars()?;
         let layout = Layout::new(volume.grid(), self.frame, &self.offsets, self.columns, self.size)?;
         let (width, height) = layout.size();
         let count = width as usize * height as usize;

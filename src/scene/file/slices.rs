@@ -137,7 +137,7 @@ impl SliceKeys {
                 }
             };
         }
-        if self.merge == Some(false) && self.tolerance.is_some() {
+        if self.merge == Some(false) && self.tolerance.is_some() && data.volume.scalars().is_some() {
             data.warnings.push("slices.merge = false is not heeded: to a tolerance slabs are merged where that will do".to_owned());
         }
         Ok(())
