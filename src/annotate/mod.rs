@@ -38,6 +38,9 @@ pub fn check(annotations: &Annotations, scene: &Scene) -> Result<()> {
     if annotations.colorbar && scene.transfer2d().is_some() {
         return Err(Error::invalid("annotate.colorbar: the colours follow from value and gradient, which no bar of values can show"));
     }
+    if annotations.colorbar && volume.colors().is_some() {
+        return Err(Error::invalid("annotate.colorbar: voxels that are colours have no values, which a bar would show"));
+    }
     if annotations.colorbar && scene.levels().iter().any(|level| level.color().is_some()) {
         return Err(Error::invalid(
             "annotate.colorbar: surfaces have colours of their own, which the transfer function's bar does not show",

@@ -1,5 +1,7 @@
 //! Small scenes that go through every stage, shared by tests of determinism and of golden pictures.
 
+mod colors;
+
 use glam::{DMat3, DMat4, DQuat, DVec3, DVec4};
 use slicestack::scene::{
     Accumulation, AlphaTest, Arithmetic, Blend, BlendFunction, Camera, Classification, ClipPlane, Compare, Ends, Environment, Equation,
@@ -312,6 +314,7 @@ pub(crate) fn samples() -> Vec<Sample> {
     });
     opengl(&mut list);
     lit(&mut list);
+    colors::samples(&mut list);
     list
 }
 
