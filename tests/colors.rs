@@ -282,7 +282,11 @@ fn one_colour_comes_to_its_closed_form() {
             let length = (far - near) * direction.length() / unit.unwrap_or(0.75);
             let opacity = 1.0 - (1.0 - a).powf(length);
             let (truth, _) = integrator.pixel(x, y);
-            assert!((f64::from(pixel[3]) - opacity).abs() < 3e-6 && (truth.alpha - opacity).abs() < 1e-9, "{x},{y}: {} {opacity}", pixel[3]);
+            assert!(
+                (f64::from(pixel[3]) - opacity).abs() < 3e-6 && (truth.alpha - opacity).abs() < 1e-9,
+                "{x},{y}: {} {opacity}",
+                pixel[3]
+            );
             for c in 0..3 {
                 let want = opacity * f64::from(numbers[c]);
                 assert!((f64::from(pixel[c]) - want).abs() < 3e-6 && (truth.rgb[c] - want).abs() < 1e-9);

@@ -6,7 +6,9 @@
 use slicestack::cut::{Drawn, Frame, Orientation, Sheet, Window};
 use slicestack::picture::{Depth, Format};
 use slicestack::proof::{Provenance, verify};
-use slicestack::scene::{Annotations, ColorMap, Filter, OpacityFrom, Overrides, ResolvedScene, SceneFile, SceneFormat, Straight, write_scene};
+use slicestack::scene::{
+    Annotations, ColorMap, Filter, OpacityFrom, Overrides, ResolvedScene, SceneFile, SceneFormat, Straight, write_scene,
+};
 use slicestack::volume::{Channels, Grid, Origin, VolumeSource};
 use slicestack::{Renderer, Settings, Volume};
 use std::path::{Path, PathBuf};

@@ -9,9 +9,9 @@ use proptest::prelude::*;
 use slicestack::scene::{
     Accumulation, Algorithm, AlphaTest, Annotations, Arithmetic, Blend, BlendFunction, Camera, Classification, ClipPlane, Compare,
     Connectivity, Ends, Environment, Equation, Factor, Filter, Fog, FogDistance, FogEvaluation, FogMode, FogWeighting, Gradient, Hit,
-    LevelSurface, Light, LightSource, Lighting, Method, OpacityFrom, OpenGl, Order, Overrides, Placement, Projection, Region, SampleAt, SceneFile,
-    SceneFormat, Scissor, Shading, Shape, SlabForm, Slicing, Straight, TableColors, Target, TemplatePlane, TextureFormat, Transfer2d,
-    TransferFunction, Wrap, keys, write_scene,
+    LevelSurface, Light, LightSource, Lighting, Method, OpacityFrom, OpenGl, Order, Overrides, Placement, Projection, Region, SampleAt,
+    SceneFile, SceneFormat, Scissor, Shading, Shape, SlabForm, Slicing, Straight, TableColors, Target, TemplatePlane, TextureFormat,
+    Transfer2d, TransferFunction, Wrap, keys, write_scene,
 };
 use slicestack::volume::io::{Choice, Endian, RawSpec};
 use slicestack::volume::phantom::Phantom;

@@ -8,10 +8,10 @@ use crate::lanes::LookupTable;
 use crate::proxy::Domain;
 use crate::scene::{Scene, Surfaces, Transfer2d, TransferFunction};
 use crate::skip::{BrickClasses, MERGED, Runs, SkipTable};
-use crate::volume::{OpacityFrom, Volume};
 use crate::volume::bricks::Bricks;
 use crate::volume::packed::Packed;
 use crate::volume::spline::Coefficients;
+use crate::volume::{OpacityFrom, Volume};
 use std::sync::Arc;
 
 /// What depends on the volume alone, and on what is looked up in it: voxels, or a spline over them.

@@ -93,7 +93,11 @@ impl Kernels<'_> {
             // Colours are looked up as they are classified.
             StageId::Fetch => (of != For::Behind && self.lookup != Lookup::Colors).then(|| self.fetch()),
             // Classification looks after NaN by itself where it sees several values.
-            StageId::Guard => (self.needs.guard && !matches!(self.lookup, Lookup::Corners | Lookup::Colors) && !self.needs.pairs() && of != For::Keep && !LEAN)
+            StageId::Guard => (self.needs.guard
+                && !matches!(self.lookup, Lookup::Corners | Lookup::Colors)
+                && !self.needs.pairs()
+                && of != For::Keep
+                && !LEAN)
                 .then(|| level.kernel::<Guard, _, _>()),
             StageId::Keep => (of == For::Keep).then(|| level.kernel::<KeepValue, _, _>()),
             StageId::Classify if shades && self.has_pieces(of) => Some(classify_pieces),

@@ -81,7 +81,8 @@ impl ColorField {
             (0..3).for_each(|i| emission[i][c] = extinction[c] * color[i]);
         }
         let field = |corners: &Corners| cubic(corners, place, way);
-        let piece = ColorPiece { extinction: field(&extinction), emission: emission.map(|e| field(&e)), wall: rising(wall.map(|w| field(&w))) };
+        let piece =
+            ColorPiece { extinction: field(&extinction), emission: emission.map(|e| field(&e)), wall: rising(wall.map(|w| field(&w))) };
         let dark = extinction.iter().all(|&k| k == 0.0);
         (!dark || piece.wall.is_some()).then_some(piece)
     }

@@ -6,9 +6,9 @@ use crate::plan::{MergedData, Prepared, SurfaceBricks, ThinnessData, TransferDat
 use crate::proxy::Domain;
 use crate::scene::{Filter, Surfaces};
 use crate::skip::{Runs, SkipTable};
+use crate::volume::OpacityFrom;
 use crate::volume::Volume;
 use crate::volume::spline::Coefficients;
-use crate::volume::OpacityFrom;
 use crate::{Error, Result};
 use std::sync::Arc;
 

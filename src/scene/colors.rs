@@ -68,11 +68,20 @@ impl Scene {
             return Some(format!("render.blend {blend}: {needs_values}; choose over or add"));
         }
         let refused = [
-            (self.opengl().is_some(), "render.profile opengl: its texture is made of values, and these voxels are colours; choose accurate"),
-            (self.algorithm() != Algorithm::Slices, "render.algorithm: the others look values up, and these voxels are colours; choose slices"),
+            (
+                self.opengl().is_some(),
+                "render.profile opengl: its texture is made of values, and these voxels are colours; choose accurate",
+            ),
+            (
+                self.algorithm() != Algorithm::Slices,
+                "render.algorithm: the others look values up, and these voxels are colours; choose slices",
+            ),
             (self.jitter().is_some(), "slices.jitter: shifted slices look values up, and these voxels are colours"),
             (self.transfer2d().is_some(), "transfer2d: goes by value and gradient, and these voxels are colours"),
-            (!self.transfer().gradient_opacity().is_empty(), "transfer.gradient_opacity: goes by the gradient of values, and these voxels are colours"),
+            (
+                !self.transfer().gradient_opacity().is_empty(),
+                "transfer.gradient_opacity: goes by the gradient of values, and these voxels are colours",
+            ),
             (
                 method.classification != Classification::Post,
                 "transfer.classification: voxels that are colours are not classified; leave it out",

@@ -13,8 +13,8 @@
 
 use super::{Blend, Camera, ClipPlane, LevelSurface, Placement, Projection, Scene, TransferFunction};
 use crate::Volume;
-use crate::volume::{Grid, OpacityFrom};
 use crate::volume::bricks::{BRICK, Bricks};
+use crate::volume::{Grid, OpacityFrom};
 use glam::{DAffine3, DVec3};
 
 /// Share of the picture's width or height that is filled.

@@ -61,7 +61,8 @@ impl ColorBricks {
             Colors::U16(v) => Self { bricks: of_integers(v, f64::from(u16::MAX), dims, from), clamped: 0 },
             Colors::F32(v) => {
                 let read = if from == OpacityFrom::Alpha { 4 } else { 3 };
-                let is_clamped = |c: &&[f32; 4]| c[..read].iter().all(|x| x.is_finite()) && c[..read].iter().any(|x| !(0.0..=1.0).contains(x));
+                let is_clamped =
+                    |c: &&[f32; 4]| c[..read].iter().all(|x| x.is_finite()) && c[..read].iter().any(|x| !(0.0..=1.0).contains(x));
                 let number = |c: &[f32; 4]| {
                     let finite = c[..read].iter().all(|x| x.is_finite());
                     if finite { opacity_number(c.map(|x| f64::from(x).clamp(0.0, 1.0)), from) as f32 } else { f32::NAN }

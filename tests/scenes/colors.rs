@@ -1,7 +1,7 @@
 //! Scenes of volumes whose voxels are colours.
 
 use super::{PARALLEL, Sample, WIDE, foggy, looked, scene};
-use slicestack::scene::{FogDistance, FogMode, FogWeighting, Filter, Method, OpacityFrom, Order, TransferFunction};
+use slicestack::scene::{Filter, FogDistance, FogMode, FogWeighting, Method, OpacityFrom, Order, TransferFunction};
 use slicestack::volume::{Grid, Voxels};
 use slicestack::{Scene, Volume};
 
@@ -46,7 +46,9 @@ pub(super) fn samples(list: &mut Vec<Sample>) {
     holes.chunks_exact_mut(4).step_by(37).for_each(|c| c[3] = f32::NAN);
     holes.chunks_exact_mut(4).step_by(23).for_each(|c| (c[0], c[3]) = (3.0, 0.9));
     add("colors-f32-holes", volume(holes), alpha(s()));
-    let rgb = bytes().without_alpha().unwrap();
+    // Without alpha what is around the ball is black.
+    let seen = ball().flat_map(|[r, g, b, a]| if a > 0.0 { [r, g, b, 1.0] } else { [0.0, 0.0, 0.0, 1.0] });
+    let rgb = volume(seen.map(|c| (c * 255.0).round() as u8).collect::<Vec<_>>()).without_alpha().unwrap();
     add("rgb-luma", rgb.clone(), colors(near(), OpacityFrom::Luma, &[(0.35, 0.0), (0.6, 0.1), (0.9, 0.5)]));
     let fog = foggy(s(), FogMode::Exp { density: 0.02 }, FogDistance::Planar, FogWeighting::Alpha).with_linear_light(true).unwrap();
     add("rgb-maximum-fog-linear-light", rgb, colors(fog, OpacityFrom::Maximum, &[(0.6, 0.0), (0.95, 0.3)]));

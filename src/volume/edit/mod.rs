@@ -43,7 +43,15 @@ impl Volume {
             Channels::Scalar | Channels::Label(_) => (numbers, None),
         };
         let kept = self.clone();
-        Ok(Self { grid, voxels, colors, statistics: Default::default(), bricks: Default::default(), color_bricks: Default::default(), ..kept })
+        Ok(Self {
+            grid,
+            voxels,
+            colors,
+            statistics: Default::default(),
+            bricks: Default::default(),
+            color_bricks: Default::default(),
+            ..kept
+        })
     }
 }
 

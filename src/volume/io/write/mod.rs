@@ -291,7 +291,9 @@ impl Page<'_> {
             }
         }
         if *self.volume.channels() == Channels::Rgb {
-            self.note("colours are written with an alpha of 1, as they are kept: give --transfer.opacity_from luma where they are rendered");
+            self.note(
+                "colours are written with an alpha of 1, as they are kept: give --transfer.opacity_from luma where they are rendered",
+            );
         }
         if let (Some(name), true) = (self.volume.modality().name(), format != WriteFormat::MetaImage) {
             self.note(format!("{format} does not keep the kind of values: give --volume.modality {name} where it is read"));
