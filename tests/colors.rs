@@ -142,6 +142,9 @@ fn colours_are_what_scalars_through_a_table_are_to_the_bit() {
     }
 }
 
+/// The opacity of a colour.
+type Opacity<'a> = &'a dyn Fn([f64; 4]) -> f64;
+
 /// How voxels are combined by hand.
 #[derive(Clone, Copy, PartialEq)]
 enum By {
@@ -215,7 +218,7 @@ fn every_type_and_number_is_what_it_is_by_hand() {
         for nearest in [false, true] {
             let method = method.with_filter(if nearest { Filter::Nearest } else { Filter::Linear });
             let scene = scene(61).with_method(method).unwrap().with_terminate(0.0).unwrap().with_transfer(ramp.clone());
-            let cases: [(OpacityFrom, &dyn Fn([f64; 4]) -> f64); 3] = [
+            let cases: [(OpacityFrom, Opacity<'_>); 3] = [
                 (OpacityFrom::Alpha, &|c| c[3]),
                 (OpacityFrom::Luma, &|c| through(0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2])),
                 (OpacityFrom::Maximum, &|c| through(c[0].max(c[1]).max(c[2]))),
@@ -370,7 +373,7 @@ fn numbers_out_of_range_are_clamped_and_those_that_are_none_are_transparent() {
     let (clamped, none) = ((0..COUNT).step_by(5).count(), (1..COUNT).step_by(10).count());
     for from in [OpacityFrom::Alpha, OpacityFrom::Maximum] {
         let scene = scene(40).with_opacity_from(Some(from));
-        let (picture, stats) = Renderer::new(&of_floats(&wild), Settings::default()).render(&scene).unwrap();
+        let (picture, stats) = Renderer::new(of_floats(&wild), Settings::default()).render(&scene).unwrap();
         let all = COUNT;
         let told = |line: String| assert!(stats.warnings.contains(&line), "{:?}", stats.warnings);
         told(format!("{clamped} of {all} voxels have a colour or an alpha outside 0 to 1: clamped"));

@@ -336,7 +336,7 @@ fn of_colors(dice: &mut Dice, s: &Scene) -> Scene {
     };
     let transfer = TransferFunction::new(vec![(0.0, [1.0; 3])], opacity).unwrap();
     let transfer = if dice.flip() { transfer.with_unit(dice.positive()).unwrap() } else { transfer };
-    let scene = Scene::new(transfer).with_opacity_from(Some(from)).with_camera(s.camera().clone()).with_fog(s.fog().copied());
+    let scene = Scene::new(transfer).with_opacity_from(Some(from)).with_camera(*s.camera()).with_fog(s.fog().copied());
     let scene = scene.with_order(s.order()).with_clip_planes(s.clip_planes().to_vec()).unwrap().with_gradient(s.gradient());
     let scene = scene.with_linear_light(dice.flip()).unwrap().with_slices(s.slicing()).unwrap();
     scene.with_blend(dice.pick(&[Blend::Over, Blend::Add])).unwrap()
