@@ -9,6 +9,7 @@ use slicestack::proof::{Provenance, verify};
 use slicestack::scene::{
     Annotations, ColorMap, Filter, OpacityFrom, Overrides, ResolvedScene, SceneFile, SceneFormat, Straight, write_scene,
 };
+use slicestack::volume::io::{WriteFormat, Writing, write_to};
 use slicestack::volume::{Channels, Grid, Origin, VolumeSource};
 use slicestack::{Renderer, Settings, Volume};
 use std::path::{Path, PathBuf};
@@ -116,6 +117,15 @@ fn a_picture_of_colours_can_be_verified() {
             }
         }
     }
+}
+
+#[test]
+fn that_colours_had_no_alpha_is_told() {
+    let told = |volume: &Volume| {
+        let written = write_to(volume, &mut Vec::new(), WriteFormat::Nrrd, &Writing::new()).unwrap();
+        written.notes.iter().any(|note| note.contains("with an alpha of 1"))
+    };
+    assert!(!told(&rgba()) && told(&rgba().without_alpha().unwrap()));
 }
 
 #[test]

@@ -290,11 +290,6 @@ impl Page<'_> {
                 self.note(format!("{format} keeps no names of segments: those of {} labels are left out", segments.len()));
             }
         }
-        if *self.volume.channels() == Channels::Rgb {
-            self.note(
-                "colours are written with an alpha of 1, as they are kept: give --transfer.opacity_from luma where they are rendered",
-            );
-        }
         if let (Some(name), true) = (self.volume.modality().name(), format != WriteFormat::MetaImage) {
             self.note(format!("{format} does not keep the kind of values: give --volume.modality {name} where it is read"));
         }
@@ -342,6 +337,11 @@ fn encode(volume: &Volume, out: &mut dyn Write, name: &Path, format: WriteFormat
         notes.push(format!(
             "{format} keeps no slope and intercept: give --volume.slope {slope:?} --volume.intercept {intercept:?} where it is read"
         ));
+    }
+    if *volume.channels() == Channels::Rgb {
+        notes.push(
+            "colours are written with an alpha of 1, as they are kept: give --transfer.opacity_from luma where they are rendered".into(),
+        );
     }
     let mut page = Page { volume, kind: numbers.kind(), compress: writing.compress, packed, rescale, notes };
     let header = named(
