@@ -78,8 +78,8 @@ fn a_colour_is_no_value() {
     assert!(v.value([1, 2, 3]).is_nan() && v.sample(DVec3::ONE).is_nan() && v.gradient(DVec3::ONE).is_nan());
     let s = v.statistics();
     assert_eq!((s.histogram.iter().sum::<u64>(), s.non_finite, s.min, s.max), (0, 0, 0.0, 0.0));
-    refused(v.clone().with_rescale(2.0, 0.0), &["slope 2", "RGBA"]);
-    refused(v.with_segments(Vec::new()), &["labels of RGBA"]);
+    refused(v.clone().with_rescale(2.0, 0.0), &["slope 2", "colours"]);
+    refused(v.with_segments(Vec::new()), &["labels of voxels that are colours"]);
 }
 
 #[test]
@@ -97,16 +97,35 @@ fn colours_keep_what_they_are_on_another_grid() {
 }
 
 #[test]
-fn colours_are_refused_by_everything_that_makes_pictures() {
+fn colours_without_alpha_are_colours_of_another_kind() {
+    let (v, rgb) = (colors(), colors().without_alpha().unwrap());
+    assert_eq!((rgb.channels(), rgb.channels().count(), rgb.channels().is_color()), (&Channels::Rgb, 4, true));
+    assert!(v.channels().is_color() && !Channels::Scalar.is_color() && !Channels::Label(Vec::new()).is_color());
+    assert_eq!((rgb.colors(), rgb.scalars()), (v.colors(), None));
+    // They look different, so they are different volumes.
+    assert!(rgb.sha256() != v.sha256());
+    let moved = rgb.with_grid(Grid::with_spacing([5, 6, 4], [3.0; 3]).unwrap()).unwrap();
+    assert_eq!(moved.channels(), &Channels::Rgb);
+}
+
+#[test]
+fn what_needs_values_refuses_colours() {
     let v = colors().with_name("tissue.nrrd");
-    let says = &["tissue.nrrd: RGBA voxels cannot be rendered: ", "have 4"];
-    refused(render(&v, &scene()), says);
-    refused(Renderer::new(&v, Settings::default()).render(&scene()), says);
-    refused(reference::Integrator::new(&scene(), &v), says);
-    refused(reference::image(&scene(), &v, reference::Region::whole(&scene())), says);
-    refused(explain::explain(&v, &scene(), &Settings::default(), &explain::Request::default()), says);
-    refused(study::study(&v, &scene(), &study::Options::default()), says);
-    refused(render(&colors(), &scene()), &["RGBA voxels cannot be rendered: "]);
+    let says = |what: &'static str| [what, "tissue.nrrd: ", "needs one number a voxel"];
+    refused(explain::explain(&v, &scene(), &Settings::default(), &explain::Request::default()), &says("the teaching page"));
+    refused(study::study(&v, &scene(), &study::Options::default()), &says("a report"));
+    refused(reference::Prover::new(&scene(), &v), &says("bounds of rays"));
+    let blend = scene().with_levels(vec![slicestack::scene::LevelSurface::new(1.0, None, 1.0).unwrap()]).unwrap();
+    refused(reference::SurfaceTracer::new(&blend, &v), &says("level surfaces"));
+    refused(reference::image(&blend, &v, reference::Region::whole(&blend)), &says("level surfaces"));
+    let parts = [0..5, 0..4, 0..3];
+    let domain = slicestack::proxy::Domain::new(grid(), parts, [0..6, 0..5, 0..4], (0.0, 1.0), 0).unwrap();
+    let part = Renderer::new(&v, Settings::default()).render_part(&scene(), &domain);
+    refused(part, &says("a part of a volume"));
+    // What does not, renders them.
+    assert!(render(&v, &scene()).unwrap().pixel(20, 15)[3] > 0.1);
+    assert!(Renderer::new(&v, Settings::default()).render_layer(&scene()).is_ok());
+    assert!(reference::Integrator::new(&scene(), &v).is_ok());
 }
 
 #[test]
@@ -116,6 +135,7 @@ fn labels_have_names_and_render_as_scalars() {
     assert_eq!((v.channels(), v.channels().count()), (&Channels::Label(segments.clone()), 1));
     assert_eq!(v.channels().segment(2), Some(&segments[0]));
     assert_eq!((v.channels().segment(1), Channels::Scalar.segment(2), Channels::Rgba.segment(2)), (None, None, None));
+    assert_eq!(Channels::Rgb.segment(2), None);
     assert_eq!((v.scalars(), v.colors(), v.value([3, 0, 0])), (Some(&labels()), None, 3.0));
     let plain = Volume::new(grid(), labels()).unwrap();
     let picture = render(&v, &scene()).unwrap();

@@ -75,7 +75,7 @@ fn bzip2(bytes: &[u8]) -> Vec<u8> {
 fn colours_of_nrrd_are_colours() {
     let bytes = nrrd("type: uchar\ndimension: 3\nsizes: 3 2 2\nkinds: RGB-color domain domain\nencoding: raw", &counting(12));
     let volume = volume_of("a.nrrd", &bytes);
-    assert_eq!((volume.grid().dims(), volume.channels()), ([2, 2, 1], &Channels::Rgba));
+    assert_eq!((volume.grid().dims(), volume.channels()), ([2, 2, 1], &Channels::Rgb));
     let Some(Colors::U8(colors)) = volume.colors() else { panic!("bytes") };
     assert_eq!(colors, [[0, 1, 2, 255], [3, 4, 5, 255], [6, 7, 8, 255], [9, 10, 11, 255]]);
     let green = chosen("a.nrrd", &bytes, Choice::new().channel(1)).unwrap();

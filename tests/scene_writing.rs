@@ -9,9 +9,9 @@ use proptest::prelude::*;
 use slicestack::scene::{
     Accumulation, Algorithm, AlphaTest, Annotations, Arithmetic, Blend, BlendFunction, Camera, Classification, ClipPlane, ColorMap,
     Compare, Connectivity, CutPlane, Ends, Environment, Equation, Factor, Filter, Fog, FogDistance, FogEvaluation, FogMode, FogWeighting,
-    Gradient, Hit, LevelSurface, Light, LightSource, Lighting, Method, OpenGl, Order, Overrides, Placement, Projection, Region, SampleAt,
-    SceneFile, SceneFormat, Scissor, Shading, Shape, SlabForm, Slicing, Straight, TableColors, Target, TemplatePlane, TextureFormat,
-    Transfer2d, TransferFunction, Wrap, keys, write_scene,
+    Gradient, Hit, LevelSurface, Light, LightSource, Lighting, Method, OpacityFrom, OpenGl, Order, Overrides, Placement, Projection,
+    Region, SampleAt, SceneFile, SceneFormat, Scissor, Shading, Shape, SlabForm, Slicing, Straight, TableColors, Target, TemplatePlane,
+    TextureFormat, Transfer2d, TransferFunction, Wrap, keys, write_scene,
 };
 use slicestack::volume::io::{Choice, Endian, RawSpec};
 use slicestack::volume::phantom::Phantom;
@@ -332,11 +332,34 @@ fn random(seed: u64) -> Scene {
         let planes = (0..1 + dice.below(6)).map(|_| cut_plane(dice)).collect();
         s = tried(s, |s| s.with_cuts(planes));
     }
+    if dice.below(8) == 0 {
+        return of_colors(dice, &s);
+    }
     if s.check().is_ok() { s } else { s.with_transfer(TransferFunction::new(vec![(0.5, [1.0; 3])], vec![(0.5, 1.0)]).unwrap()) }
 }
 
-fn volume() -> Volume {
-    Phantom::Cloud.volume(8).unwrap()
+/// A scene of a volume of colours with some of what `s` has.
+fn of_colors(dice: &mut Dice, s: &Scene) -> Scene {
+    let from = dice.pick(&OpacityFrom::ALL);
+    let opacity = match from {
+        OpacityFrom::Alpha => vec![(0.0, 0.0), (1.0, 1.0)],
+        _ => dice.rising(f64::MIN).into_iter().map(|v| (v, dice.share())).collect(),
+    };
+    let transfer = TransferFunction::new(vec![(0.0, [1.0; 3])], opacity).unwrap();
+    let transfer = if dice.flip() { transfer.with_unit(dice.positive()).unwrap() } else { transfer };
+    let scene = Scene::new(transfer).with_opacity_from(Some(from)).with_camera(*s.camera()).with_fog(s.fog().copied());
+    let scene = scene.with_order(s.order()).with_clip_planes(s.clip_planes().to_vec()).unwrap().with_gradient(s.gradient());
+    let scene = scene.with_linear_light(dice.flip()).unwrap().with_slices(s.slicing()).unwrap();
+    scene.with_blend(dice.pick(&[Blend::Over, Blend::Add])).unwrap()
+}
+
+/// A volume that `scene` can be of.
+fn volume(scene: &Scene) -> Volume {
+    let cloud = Phantom::Cloud.volume(8).unwrap();
+    match scene.opacity_from() {
+        Some(_) => Volume::with_colors(cloud.grid().clone(), vec![90u8; 4 * 512].into()).unwrap(),
+        None => cloud,
+    }
 }
 
 fn of_some_volume() -> Overrides {
@@ -363,7 +386,8 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(600))]
     #[test]
     fn any_scene_reads_back_as_it_is(seed in any::<u64>()) {
-        let (scene, volume) = (random(seed), volume());
+        let scene = random(seed);
+        let volume = volume(&scene);
         for format in [SceneFormat::Toml, SceneFormat::Json] {
             let text = write_scene(&scene, None, &Annotations::new(), format).unwrap();
             let back = read(&text, &volume);

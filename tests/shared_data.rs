@@ -373,7 +373,7 @@ fn odd_files_are_read_right() {
     let open = |file: &str, choice: Choice| Some(io::read_as(data(&format!("../cases/{file}"))?, &Reading::new().choice(choice)).unwrap());
     let none = Choice::new;
     if let Some(v) = open("nrrd-rgb-2d.nrrd", none()) {
-        assert_eq!((v.grid().dims(), v.channels()), ([9, 8, 1], &Channels::Rgba));
+        assert_eq!((v.grid().dims(), v.channels()), ([9, 8, 1], &Channels::Rgb));
     }
     if let Some(v) = open("nrrd-spacings-directions-none.nrrd", none()) {
         assert_eq!((v.grid().spacing(), v.grid().space()), ([2.0, 2.0, 5.0], Space::Ras));
@@ -396,7 +396,7 @@ fn odd_files_are_read_right() {
         }
     }
     if let Some(v) = open("vtk-color-scalars.vtk", none()) {
-        assert_eq!((v.grid().dims(), v.channels()), ([4, 3, 2], &Channels::Rgba));
+        assert_eq!((v.grid().dims(), v.channels()), ([4, 3, 2], &Channels::Rgb));
         let red = open("vtk-color-scalars.vtk", none().channel(0)).unwrap();
         assert_eq!(red.value([1, 0, 0]), v.colors().unwrap().get(1)[0] * 255.0);
     }

@@ -30,6 +30,9 @@ use crate::volume::Volume;
 use crate::{Error, Result};
 use canvas::{Area, Canvas};
 
+/// Why volumes of colours have no colour bar.
+const NO_VALUES: &str = "annotate.colorbar: voxels that are colours have no values, which a bar would show";
+
 /// Refuses what cannot be drawn for `scene`, before it is rendered.
 ///
 /// # Errors
@@ -37,6 +40,9 @@ use canvas::{Area, Canvas};
 pub fn check(annotations: &Annotations, scene: &Scene) -> Result<()> {
     if annotations.colorbar && scene.transfer2d().is_some() {
         return Err(Error::invalid("annotate.colorbar: the colours follow from value and gradient, which no bar of values can show"));
+    }
+    if annotations.colorbar && scene.opacity_from().is_some() {
+        return Err(Error::invalid(NO_VALUES));
     }
     if annotations.colorbar && scene.levels().iter().any(|level| level.color().is_some()) {
         return Err(Error::invalid(
@@ -52,6 +58,9 @@ pub fn check(annotations: &Annotations, scene: &Scene) -> Result<()> {
 /// As [`check`]; [`Error::Invalid`] when the picture has not the scene's size or this machine does not give the memory.
 pub fn annotate(picture: &Picture, annotations: &Annotations, scene: &Scene, volume: &Volume) -> Result<(Picture, Vec<String>)> {
     check(annotations, scene)?;
+    if annotations.colorbar && volume.colors().is_some() {
+        return Err(Error::invalid(NO_VALUES));
+    }
     let (width, height) = scene.size();
     if (picture.width(), picture.height()) != (width, height) {
         let given = (picture.width(), picture.height());

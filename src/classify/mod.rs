@@ -4,18 +4,21 @@
 //! |---|---|---|
 //! | `value.rs` | the value of a slab | midpoint slabs, pre-classified voxels, projections |
 //! | `pair.rs` | the values on both sides of a slab | pre-integrated slabs |
+//! | `colors.rs` | the number that a colour's opacity goes by: opacities alone, voxels have colours of their own | volumes of colours |
 //! | `knots.rs` | the value of a slab, with entries at the knots of the transfer function | labels of the nearest voxel, whatever their size |
 //!
 //! Another way to classify (a value and its gradient, a label) is a file here that implements [`Classify`], and a variant of [`Classifier`];
 //! a stage in `fragment` then looks its table up.
 
 mod change;
+mod colors;
 mod knots;
 mod pair;
 mod slab;
 mod value;
 
 pub(crate) use change::{CHANGES, ChangeClasses, most as most_change, strongest};
+pub(crate) use colors::ColorTable;
 pub(crate) use knots::{KnotTable, Piece as KnotPiece};
 pub(crate) use pair::PairTable;
 pub(crate) use slab::{Detail, Measure, Slab};
@@ -38,6 +41,11 @@ pub(crate) trait Classify {
         None
     }
 
+    /// The opacities of slabs like `slab`, where voxels have colours of their own: see [`ColorTable`].
+    fn alphas(&self, _transfer: &TransferFunction, _slab: Slab) -> Option<Vec<f64>> {
+        None
+    }
+
     /// The table for slabs like `slab`.
     fn table(&self, transfer: &TransferFunction, slab: Slab) -> LookupTable;
 
@@ -56,6 +64,8 @@ pub(crate) enum By {
     Pair,
     /// The exact value of the nearest voxel.
     Label,
+    /// A number of colours, told apart in so many entries.
+    Color(usize),
 }
 
 /// How a frame classifies: everything but the thickness of its slabs.
@@ -67,6 +77,8 @@ pub(crate) enum Classifier {
     Pair(PairTable),
     /// By the exact value of the nearest voxel.
     Label(KnotTable),
+    /// By a number of colours.
+    Color(ColorTable),
 }
 
 impl Classifier {
@@ -77,6 +89,7 @@ impl Classifier {
             By::Voxel => Self::Value(ValueTable::new(transfer, range, slab).of_voxels()),
             By::Pair => Self::Pair(PairTable::new(transfer, range, slab)),
             By::Label => Self::Label(KnotTable::new(transfer, slab)),
+            By::Color(entries) => Self::Color(ColorTable::new(transfer, range, entries)),
         }
     }
 }
@@ -89,6 +102,7 @@ impl Deref for Classifier {
             Self::Value(table) => table,
             Self::Pair(table) => table,
             Self::Label(table) => table,
+            Self::Color(table) => table,
         }
     }
 }

@@ -8,9 +8,9 @@ use super::{Usage, complain};
 use anyhow::{Result, bail};
 use clap::builder::PossibleValuesParser;
 use slicestack::scene::Overrides;
+use slicestack::volume::VoxelType;
 use slicestack::volume::edit::{Retyped, Sampling, convert_type, crop, resample};
 use slicestack::volume::io::{self, WriteFormat, Writing, Written};
-use slicestack::volume::{Channels, VoxelType};
 use slicestack::{Error, Limits, Volume};
 use std::io::{ErrorKind, stdout};
 use std::path::{Path, PathBuf};
@@ -216,7 +216,7 @@ pub(super) fn run(args: &ConvertArgs) -> Result<()> {
     let Some(written) = written? else { return Ok(()) };
     written.notes.iter().for_each(|note| complain("note", note));
     let [x, y, z] = volume.grid().dims();
-    let what = if *volume.channels() == Channels::Rgba { "colours" } else { "voxels" };
+    let what = if volume.channels().is_color() { "colours" } else { "voxels" };
     let name = if let Sink::File(path) = &sink { format!("{}: ", path.display()) } else { String::new() };
     eprintln!("{name}{x} x {y} x {z} {what} of {} in {} bytes of {format}", written.voxel_type, written.bytes);
     Ok(())

@@ -9,10 +9,10 @@ use super::stats::depths_json;
 use anyhow::{Result, bail};
 use serde_json::{Value, json};
 use slicestack::scene::preset::Guess;
-use slicestack::scene::{Overrides, Preset, SceneDepths};
+use slicestack::scene::{OpacityFrom, Overrides, Preset, SceneDepths};
 use slicestack::study::{Units, joint_histogram_png};
 use slicestack::volume::io::{self, Format, Item};
-use slicestack::volume::{JointHistogram, LengthUnit, Modality, Space, VolumeSource};
+use slicestack::volume::{Channels, JointHistogram, LengthUnit, Modality, Space, VolumeSource};
 use slicestack::{Limits, Volume};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -179,6 +179,11 @@ fn as_json(volume: &Volume, depths: Option<SceneDepths>, items: &[Item]) -> Valu
         "type": volume.voxels().voxel_type().name(),
         "bytes": bytes(volume),
         "channels": volume.channels().count(),
+        "colors": match volume.channels() {
+            Channels::Rgba => Some("rgba"),
+            Channels::Rgb => Some("rgb"),
+            _ => None,
+        },
         "spacing": grid.spacing(),
         "unit": volume.unit().map(LengthUnit::name),
         "origin": grid.origin().to_array(),
@@ -217,7 +222,7 @@ fn as_text(volume: &Volume, depths: Option<SceneDepths>, items: &[Item]) -> Stri
     let guess = Guess::of(volume);
     let mut lines = vec![
         ("dimensions", format!("{nx} x {ny} x {nz} = {} voxels", grid.voxel_count())),
-        ("type", format!("{kind}{}, {mib:.1} MiB", if colors { " x 4, red, green, blue and alpha" } else { "" })),
+        ("type", format!("{kind}{}, {mib:.1} MiB", components(volume.channels()))),
         ("spacing", list(grid.spacing()) + &volume.unit().map_or_else(String::new, |unit| format!(" {}s", unit.name()))),
         ("origin", list(grid.origin().to_array())),
         ("axes", format!("({}) ({}) ({})", axes[0], axes[1], axes[2])),
@@ -231,7 +236,11 @@ fn as_text(volume: &Volume, depths: Option<SceneDepths>, items: &[Item]) -> Stri
         ("modality", volume.modality().name().unwrap_or("not stated").to_owned()),
     ];
     if colors {
-        lines.push(("to render", "choose a channel, such as --volume.channel 0: a transfer function is of one number a voxel".to_owned()));
+        let from = match OpacityFrom::usual(volume.channels()) {
+            Some(OpacityFrom::Alpha) => "alpha",
+            _ => "luma (--transfer.opacity points, over 0 to 1)",
+        };
+        lines.push(("opacity", format!("by {from}; --transfer.opacity_from: another number, --volume.channel 0: red as values")));
     } else {
         lines.push(("taken for", format!("{}; first picture with {}", guess.reason, guess.preset.name())));
         lines.push(("values", format!("{} to {}, mean {}", short(s.min), short(s.max), short(s.mean))));
@@ -276,6 +285,15 @@ fn as_text(volume: &Volume, depths: Option<SceneDepths>, items: &[Item]) -> Stri
         };
     }
     text
+}
+
+/// What the numbers of a voxel are, where there is more than one.
+fn components(channels: &Channels) -> &'static str {
+    match channels {
+        Channels::Rgba => " x 4, red, green, blue and alpha",
+        Channels::Rgb => " x 3, red, green and blue, kept with an alpha of 1",
+        _ => "",
+    }
 }
 
 /// What there is to choose from, a line each: those that are taken with a `*`.

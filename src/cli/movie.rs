@@ -184,6 +184,10 @@ fn identity(scenes: &[Scene], volume: &Volume) -> String {
     let mut hash = Sha256::new();
     hash.update(env!("CARGO_PKG_VERSION"));
     hash.update(format!("{scenes:?} {:?} {:?} {:?}", volume.grid(), volume.rescale(), volume.statistics()));
+    if volume.colors().is_some() {
+        // They have no statistics.
+        hash.update(volume.sha256());
+    }
     hash.finalize().iter().map(|b| format!("{b:02x}")).collect()
 }
 

@@ -249,6 +249,7 @@ pub(super) fn run(args: &SlicesArgs) -> Result<()> {
     }
     let (window, why) = match plan.window {
         Some(window) => (Some(window), ""),
+        None if volume.colors().is_some() => (None, ""),
         None if Kind::of(&volume) == Kind::Hounsfield => (Some(Window::SOFT_TISSUE), ", for soft tissue"),
         None => (None, ", 1 to 99.5 % of what is seen"),
     };
@@ -271,7 +272,8 @@ pub(super) fn run(args: &SlicesArgs) -> Result<()> {
     enter(Phase::Writing);
     sink.write(&bytes)?;
     enter(Phase::Idle);
-    eprintln!("{}; window {}{why}", said(plan.orientation, &drawn), centre_and_width(drawn.window));
+    let seen = drawn.window.map_or_else(|| "colours as they are".to_owned(), |window| format!("window {}{why}", centre_and_width(window)));
+    eprintln!("{}; {seen}", said(plan.orientation, &drawn));
     Ok(())
 }
 

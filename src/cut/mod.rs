@@ -7,8 +7,9 @@
 //!  Volume --lookup--> values of all pixels --> Window --> colours --> Picture
 //! ```
 //! Values come from the pipeline's own lookups: trilinear, the nearest voxel, or the cubic spline, in f64. Outside the box, and where a value is
-//! NaN or infinite, the background shows. Each pixel is computed by itself, so the number of threads changes no bit.
+//! NaN or infinite, the background shows. Voxels that are colours are shown as such, through no window. Each pixel is computed by itself, so the number of threads changes no bit.
 
+mod colors;
 mod extent;
 mod frame;
 mod layout;
@@ -26,6 +27,7 @@ use crate::plan::{PointLookup, VolumeData};
 use crate::scene::{ColorMap, Filter, Premultiplied, Straight, TransferFunction};
 use crate::volume::Volume;
 use crate::{Error, Result};
+use colors::ColorLookup;
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -50,7 +52,7 @@ pub struct Sheet {
     size: Option<(u32, u32)>,
     filter: Filter,
     window: Option<Window>,
-    colors: ColorMap,
+    colors: Option<ColorMap>,
     background: Straight,
 }
 
@@ -62,8 +64,8 @@ pub struct Drawn {
     pub picture: Picture,
     /// Where they lie in it, and in the world.
     pub layout: Layout,
-    /// What they are seen through.
-    pub window: Window,
+    /// What their values are seen through; `None` where they are colours.
+    pub window: Option<Window>,
 }
 
 impl Sheet {
@@ -89,7 +91,7 @@ impl Sheet {
             size: None,
             filter: Filter::Linear,
             window: None,
-            colors: ColorMap::Gray,
+            colors: None,
             background: Straight::default(),
         })
     }
@@ -135,7 +137,7 @@ impl Sheet {
     /// The same cuts in other colours.
     #[must_use]
     pub fn with_colors(mut self, colors: ColorMap) -> Self {
-        self.colors = colors;
+        self.colors = Some(colors);
         self
     }
 
@@ -160,15 +162,27 @@ impl Sheet {
     /// The picture of `volume`.
     ///
     /// # Errors
-    /// [`Error::Invalid`] for a volume of colours, a picture too small for its cuts, and where this machine does not give the memory.
+    /// [`Error::Invalid`] for a volume of colours with a window, a colour map or the cubic filter, a picture too small for its cuts, and where this machine does not give the memory.
     pub fn draw(&self, volume: &Volume) -> Result<Drawn> {
-        volume.check_scalars()?;
         let layout = Layout::new(volume.grid(), self.frame, &self.offsets, self.columns, self.size)?;
         let (width, height) = layout.size();
         let count = width as usize * height as usize;
         // Values, pixels, and about as much again for an encoder.
         if Vec::<[f32; 4]>::new().try_reserve_exact(3 * count).is_err() {
             return Err(Error::invalid(format!("image {width} x {height}: this machine does not give the memory for its pixels")));
+        }
+        if let Some(lookup) = ColorLookup::new(volume, self.filter) {
+            self.check_colors()?;
+            let mut pixels = vec![self.behind(); count];
+            pixels.par_chunks_mut(width as usize).enumerate().for_each(|(y, row)| {
+                let [r, g, b, alpha] = self.behind();
+                each(volume, &layout, y as u32, row, |at| {
+                    let color = lookup.color(at).map(|c| c as f32);
+                    let through = 1.0 - color[3];
+                    [color[0] + through * r, color[1] + through * g, color[2] + through * b, color[3] + through * alpha]
+                });
+            });
+            return Ok(Drawn { picture: Picture::new(width, height, pixels), layout, window: None });
         }
         let spline = match self.filter {
             Filter::Cubic { prefilter } => {
@@ -179,15 +193,14 @@ impl Sheet {
         };
         let lookup = PointLookup::new(volume, self.filter, spline.as_ref());
         let mut values = vec![f64::NAN; count];
-        values.par_chunks_mut(width as usize).enumerate().for_each(|(y, row)| self.row(volume, &layout, &lookup, y as u32, row));
+        values.par_chunks_mut(width as usize).enumerate().for_each(|(y, row)| each(volume, &layout, y as u32, row, |at| lookup.value(at)));
         let window = match self.window {
             Some(window) => window,
             None => Window::of_seen(values.iter().copied()),
         };
         let (low, high) = window.range();
-        let colors = TransferFunction::new(self.colors.spread(low, high), vec![(low, 1.0)])?;
-        let Premultiplied { rgb: [r, g, b], alpha } = self.background.premultiply();
-        let behind = [r as f32, g as f32, b as f32, alpha as f32];
+        let colors = TransferFunction::new(self.colors.unwrap_or(ColorMap::Gray).spread(low, high), vec![(low, 1.0)])?;
+        let behind = self.behind();
         let pixel = |&value: &f64| {
             if !value.is_finite() {
                 return behind;
@@ -197,21 +210,37 @@ impl Sheet {
         };
         let mut pixels = vec![[0.0f32; 4]; count];
         pixels.par_iter_mut().zip(&values).for_each(|(to, value)| *to = pixel(value));
-        Ok(Drawn { picture: Picture::new(width, height, pixels), layout, window })
+        Ok(Drawn { picture: Picture::new(width, height, pixels), layout, window: Some(window) })
     }
 
-    /// The values of row `y` of the picture; NaN where nothing is.
-    fn row(&self, volume: &Volume, layout: &Layout, lookup: &PointLookup<'_>, y: u32, row: &mut [f64]) {
-        let to_index = volume.grid().world_to_index();
-        let (low, high) = volume.grid().index_bounds();
-        // Positions on a face of the box count as inside, whatever rounding makes of them.
-        let margin = DVec3::splat(1e-9) * (high - low + 1.0);
-        for (x, value) in row.iter_mut().enumerate() {
-            let Some(world) = layout.world(f64::from(x as u32) + 0.5, f64::from(y) + 0.5) else { continue };
-            let at = to_index.transform_point3(world);
-            if at.cmpge(low - margin).all() && at.cmple(high + margin).all() {
-                *value = lookup.value(at);
-            }
+    /// The background, premultiplied.
+    fn behind(&self) -> [f32; 4] {
+        let Premultiplied { rgb: [r, g, b], alpha } = self.background.premultiply();
+        [r as f32, g as f32, b as f32, alpha as f32]
+    }
+
+    /// Refuses what is for values.
+    fn check_colors(&self) -> Result<()> {
+        let refused = [
+            (self.window.is_some(), "window: is for values, and these voxels are colours"),
+            (self.colors.is_some(), "colors: a colour map is for values, and these voxels are colours"),
+            (self.filter.is_cubic(), "filter cubic: the spline is one of values, and these voxels are colours; choose linear"),
+        ];
+        refused.into_iter().find(|r| r.0).map_or(Ok(()), |r| Err(Error::invalid(r.1)))
+    }
+}
+
+/// Sets the pixels of row `y` of the picture to what `look` finds at their index coordinates, where they lie in the box.
+fn each<T>(volume: &Volume, layout: &Layout, y: u32, row: &mut [T], look: impl Fn(DVec3) -> T) {
+    let to_index = volume.grid().world_to_index();
+    let (low, high) = volume.grid().index_bounds();
+    // Positions on a face of the box count as inside, whatever rounding makes of them.
+    let margin = DVec3::splat(1e-9) * (high - low + 1.0);
+    for (x, pixel) in row.iter_mut().enumerate() {
+        let Some(world) = layout.world(f64::from(x as u32) + 0.5, f64::from(y) + 0.5) else { continue };
+        let at = to_index.transform_point3(world);
+        if at.cmpge(low - margin).all() && at.cmple(high + margin).all() {
+            *pixel = look(at);
         }
     }
 }

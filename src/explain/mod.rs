@@ -183,9 +183,10 @@ impl Explanation {
 /// A scene with a tolerance is explained with the slices that the pixel's block takes, everywhere.
 ///
 /// # Errors
-/// [`Error::Invalid`] for scenes of the profile `opengl`, of shells, jitter and cut planes, when the pixel lies outside the picture or its ray misses the box, when the slices are none of the stack's or
+/// [`Error::Invalid`] for volumes of colours, for scenes of the profile `opengl`, of shells, jitter and cut planes, when the pixel lies outside the picture or its ray misses the box, when the slices are none of the stack's or
 /// too many, and when nothing of the box is in the picture; else as [`Renderer::render`].
 pub fn explain(volume: &Volume, scene: &Scene, settings: &Settings, request: &Request) -> Result<Explanation> {
+    volume.check_scalars("the teaching page")?;
     let mut renderer = Renderer::new(volume, plain(settings));
     let (width, height) = scene.size();
     if let Some((x, y)) = request.pixel.filter(|&(x, y)| x >= width || y >= height) {

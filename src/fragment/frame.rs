@@ -1,6 +1,6 @@
 //! What stays the same for all batches of a frame, grouped by the stages that use it.
 
-use super::{LabelFrame, OptionalFrame, PieceFrame, SurfaceFrame};
+use super::{ColorSource, LabelFrame, OptionalFrame, PieceFrame, SurfaceFrame};
 use crate::lanes::{LookupTable, ToF32};
 use crate::scene::{FogMode, FogWeighting, Scene};
 use crate::volume::VoxelSlices;
@@ -88,4 +88,6 @@ pub(crate) struct Frame<'v> {
     pub(crate) surfaces: Option<Box<SurfaceFrame<'v>>>,
     /// Thinness of slabs, where pieces of them may be short and whole ones opaque.
     pub(crate) pieces: Option<Box<PieceFrame<'v>>>,
+    /// Where colours and opacities come from, where voxels are colours.
+    pub(crate) colors: Option<Box<ColorSource<'v>>>,
 }

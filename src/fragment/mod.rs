@@ -15,6 +15,7 @@
 mod batch;
 mod blend;
 mod classify;
+mod colors;
 mod correct;
 mod cubic;
 mod fetch;
@@ -36,6 +37,7 @@ mod transfer2d;
 pub(crate) use batch::{Batch, PixelBlock, RaySummary};
 pub(crate) use blend::{BlendBack, BlendFront, Compensated, MaskStage, Plain, Store, Unorm8};
 pub(crate) use classify::{Classify, ClassifyCorners};
+pub(crate) use colors::{ClassifyColors, ColorSource, FINE};
 pub(crate) use correct::{Correct, CorrectRiemann};
 pub(crate) use cubic::FetchCubic;
 pub(crate) use fetch::{FetchAny, FetchCorners, FetchNearest, FetchPacked8, FetchPacked16, FetchPairs8, FetchPairs16, FetchPairs32, Guard};

@@ -4,7 +4,7 @@ use super::needs::{BlendKind, Needs};
 use crate::lanes::BATCH;
 use crate::scene::{Algorithm, Fits, FogDistance, OptionalStage, Order, Scene, SlabForm};
 use crate::tally::{Counters, LeftOut, Tally};
-use crate::volume::{Volume, VoxelType};
+use crate::volume::{Colors, Volume, VoxelType};
 
 /// How the work saved by something follows from what a frame counted.
 #[derive(Debug, Clone, Copy)]
@@ -99,7 +99,11 @@ pub(crate) fn planned(scene: &Scene, volume: &Volume, needs: &Needs, loads: Opti
         add("classification per fragment", "the projected value is classified once a pixel", lanes("lanes"));
         add("opacity correction", "values are projected, opacities are not", lanes("lanes"));
     } else {
-        add("opacity of a slab's thickness", "folded into the table, and colours times opacity with it", lanes("powers"));
+        let why = match volume.colors() {
+            Some(_) => "folded into a table over the numbers that opacities go by",
+            None => "folded into the table, and colours times opacity with it",
+        };
+        add("opacity of a slab's thickness", why, lanes("powers"));
         if !needs.slanted {
             let rays = if shells { "all rays" } else { "parallel rays" };
             let why = format!("{rays} cross every whole slab at the same length: the table holds it");
@@ -114,7 +118,8 @@ pub(crate) fn planned(scene: &Scene, volume: &Volume, needs: &Needs, loads: Opti
         };
         add("loads of single voxels", why, Saving::Lookups { saved: 8 - loads, done: loads, unit: "loads" });
     }
-    if !needs.guard {
+    // Colours of floats are looked at one by one.
+    if !needs.guard && !matches!(volume.colors(), Some(Colors::F32(_))) {
         let floats = matches!(volume.voxels().voxel_type(), VoxelType::F32 | VoxelType::F64);
         let why = if floats { "every voxel is finite" } else { "integers are always finite" };
         add("check for NaN and infinity", why, lanes("lanes"));

@@ -8,6 +8,7 @@
 //!                        frame's constants, stages, skip table, what was left out
 //! ```
 
+mod colors;
 mod hidden_values;
 mod left_out;
 mod lookup;
@@ -103,20 +104,22 @@ impl<'v> FramePlan<'v> {
         let Subject { scene, volume, data, stack, terminate, detail, level, observed, domain } = subject;
         let steps = RaySteps::of(scene, volume.grid(), &stack);
         let thickness = steps.map_or(stack.spacing, |steps| steps.thickness(&stack));
-        let mut needs =
-            Needs::new(scene, &stack, steps.as_ref(), data.bricks.non_finite > 0, terminate).with_values(scene, volume, data.bricks.range);
+        // Colours are looked at one by one.
+        let with_holes = data.bricks.non_finite > 0 && data.colors.is_none();
+        let mut needs = Needs::new(scene, &stack, steps.as_ref(), with_holes, terminate).with_values(scene, volume, data.bricks.range);
         let lookup = needs.lookup(volume, data.packed.is_some(), &data.scaling);
         let ratio = if stack.is_empty() { 1.0 } else { thickness / scene.opacity_length(domain.map_or(volume.grid(), Domain::whole)) };
         let measure = if needs.optical_depth { Measure::OpticalDepth } else { Measure::Opacity };
         let slab = Slab { ratio, form: needs.method.slab, measure, detail };
-        let by = match needs.method.is_pre_integrated() {
-            true => By::Pair,
-            false if needs.labels => By::Label,
-            false if matches!(lookup, Lookup::Nearest | Lookup::Corners) => By::Voxel,
-            false => By::Value,
+        let by = match (&data.colors, needs.method.is_pre_integrated()) {
+            (Some(colors), _) => colors.by(volume),
+            (None, true) => By::Pair,
+            _ if needs.labels => By::Label,
+            _ if matches!(lookup, Lookup::Nearest | Lookup::Corners) => By::Voxel,
+            _ => By::Value,
         };
         let transfer = kept.transfer(TransferKey {
-            transfer: prepared::classified_by(scene, volume, &data.bricks),
+            transfer: prepared::classified_by(scene, volume, data),
             slab,
             by,
             transfer2d: scene.transfer2d().cloned(),
@@ -125,7 +128,8 @@ impl<'v> FramePlan<'v> {
         let strongest = scene.transfer2d().map_or(f64::from(transfer.strongest), |transfer2d| transfer2d.most_extinction() * ratio);
         needs.compensated |= needs.compensates_faint(stack.count, strongest);
         // Where empty slices count, or are looked at, all rows do.
-        let (color, split) = color_frame(&data.scaling, &transfer, needs.skip && needs.colors() && !observed);
+        let hidden = needs.skip && needs.colors() && !observed;
+        let (color, split) = color_frame(&data.scaling, &transfer, hidden);
         let labels = if let Classifier::Label(table) = &transfer.classifier { Some(Arc::new(label_frame(table, volume))) } else { None };
         let surfaces = scene.surfaces().filter(|_| needs.blend == BlendKind::Surfaces);
         let numbers = Numbers { scale: data.scaling.scale, offset: data.scaling.offset };
@@ -136,6 +140,7 @@ impl<'v> FramePlan<'v> {
             optional: OptionalFrame::of(scene, volume.grid(), &stack, numbers, ratio, if needs.terminate { terminate } else { 0.0 }),
             surfaces: surfaces.as_ref().map(|s| Box::new(SurfaceFrame::new(s, scene, volume, &stack, |value| data.scaling.number(value)))),
             pieces: None,
+            colors: colors::source((volume, data), transfer.alphas.as_ref(), scene, hidden),
         };
         // Two more tables of that size would cost more than they save.
         needs.merge &= !matches!(&transfer.classifier, Classifier::Value(table) if table.is_finer());
@@ -164,7 +169,8 @@ impl<'v> FramePlan<'v> {
             let thin = kept.thinness(&transfer);
             let fine = frame.color.fine.as_ref().zip(thin.fine.clone()).map(|((_, map), table)| (table, *map));
             let color = ColorFrame { table: thin.table.clone(), fine, ..frame.color.clone() };
-            frame.pieces = Some(Box::new(PieceFrame { frame: Frame { color, ..frame.clone() }, classify: kernels.classify() }));
+            let colors = colors::source((volume, data), thin.alphas.as_ref(), scene, false);
+            frame.pieces = Some(Box::new(PieceFrame { frame: Frame { color, colors, ..frame.clone() }, classify: kernels.classify() }));
         }
         let stages = Stages::new(kernels);
         Self {

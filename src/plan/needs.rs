@@ -143,6 +143,9 @@ impl Needs {
 
     /// How voxels are loaded.
     pub(crate) fn lookup(&self, volume: &Volume, packed: bool, scaling: &Scaling) -> Lookup {
+        if volume.colors().is_some() {
+            return Lookup::Colors;
+        }
         match (self.method.filter, self.method.classification) {
             (Filter::Nearest, _) if self.labels => return Lookup::Labels,
             (Filter::Nearest, _) => return Lookup::Nearest,
@@ -200,6 +203,8 @@ pub(crate) enum Lookup {
     Pairs,
     /// Eight voxels one by one.
     Single,
+    /// Voxels that are colours, eight or the nearest: classified as they are looked up.
+    Colors,
     /// The 64 coefficients of the spline around, four neighbours along x at a time.
     Cubic,
 }
@@ -211,7 +216,7 @@ impl Lookup {
             Self::Packed => Some(2),
             Self::Pairs => Some(4),
             Self::Nearest | Self::Labels | Self::Corners | Self::Single => Some(8),
-            Self::Cubic => None,
+            Self::Cubic | Self::Colors => None,
         }
     }
 }

@@ -1,16 +1,17 @@
 //! What is made once for a volume, or for a volume and a transfer function, and kept between frames.
 
 use super::Scaling;
+use super::colors::{self, ColorData};
 use super::scaling::value_range;
 use crate::classify::{By, ChangeClasses, Classifier, Classify, Measure, Slab, strongest};
 use crate::lanes::LookupTable;
 use crate::proxy::Domain;
 use crate::scene::{Scene, Surfaces, Transfer2d, TransferFunction};
 use crate::skip::{BrickClasses, MERGED, Runs, SkipTable};
-use crate::volume::Volume;
 use crate::volume::bricks::Bricks;
 use crate::volume::packed::Packed;
 use crate::volume::spline::Coefficients;
+use crate::volume::{OpacityFrom, Volume};
 use std::sync::Arc;
 
 /// What depends on the volume alone, and on what is looked up in it: voxels, or a spline over them.
@@ -24,6 +25,8 @@ pub(crate) struct VolumeData {
     pub(crate) packed: Option<Packed>,
     /// How stored values become numbers.
     pub(crate) scaling: Scaling,
+    /// Where voxels are colours: bricks are then those of the number that their opacity goes by.
+    pub(crate) colors: Option<ColorData>,
 }
 
 impl VolumeData {
@@ -37,7 +40,15 @@ impl VolumeData {
         let scaling = Scaling::new(volume, &bricks);
         // Lookups that convert do not read packed voxels.
         let packed = if scaling.to_f32.is_none() { Packed::new(volume.voxels(), volume.grid().dims()) } else { None };
-        Self { bricks, coefficients: None, packed, scaling }
+        Self { bricks, coefficients: None, packed, scaling, colors: None }
+    }
+
+    /// All of it for the colours of `volume`, whose opacities go by `from`; `None` for scalars and labels.
+    pub(crate) fn of_colors(volume: &Volume, from: OpacityFrom) -> Option<Self> {
+        let found = volume.color_bricks(from)?;
+        let bricks = Arc::clone(&found.bricks);
+        let colors = Some(ColorData::new(from, found.clamped));
+        Some(Self { scaling: Scaling::new(volume, &bricks), bricks, coefficients: None, packed: None, colors })
     }
 
     /// All of it for the spline over `volume`, with or without `prefilter`; `None` where this machine does not give the memory for its coefficients.
@@ -46,13 +57,17 @@ impl VolumeData {
         let (scaling, map) = Scaling::of_spline(volume, volume.bricks());
         let coefficients = Coefficients::new(volume.voxels(), dims, map, prefilter)?;
         let bricks = Arc::new(coefficients.bricks(dims, map, volume.bricks().non_finite));
-        Some(Self { bricks, coefficients: Some(coefficients), packed: None, scaling })
+        Some(Self { bricks, coefficients: Some(coefficients), packed: None, scaling, colors: None })
     }
 }
 
-/// What classification by the value goes by in `scene`: its transfer function, or what one of two variables may show of each value.
-pub(super) fn classified_by(scene: &Scene, volume: &Volume, bricks: &Bricks) -> TransferFunction {
-    let (min, max) = bricks.range;
+/// What classification by the value goes by in `scene`: its transfer function, or what one of two variables may show of each value; of colours the
+/// opacity of the number that it goes by.
+pub(super) fn classified_by(scene: &Scene, volume: &Volume, data: &VolumeData) -> TransferFunction {
+    if let Some(colors) = &data.colors {
+        return colors::opacities(scene, colors.from);
+    }
+    let (min, max) = data.bricks.range;
     let (min, max) = if min <= max { value_range(volume, min, max) } else { (0.0, 0.0) };
     scene.transfer2d().and_then(|t| t.shown(min, max).ok()).unwrap_or_else(|| scene.transfer().clone())
 }
@@ -81,6 +96,8 @@ pub(crate) struct TransferData {
     pub(crate) table: Arc<LookupTable>,
     /// A table over values on their own, beside one over pairs.
     pub(crate) fine: Option<Arc<LookupTable>>,
+    /// Opacities of slabs, where voxels are colours.
+    pub(crate) alphas: Option<Arc<Vec<f64>>>,
     /// What bricks show: 0 nothing, 1 something.
     pub(crate) bricks: Arc<BrickClasses>,
     /// What the strongest slab's opacity is, or its optical depth where the table tells that.
@@ -97,6 +114,7 @@ impl TransferData {
         let classifier = Classifier::new(transfer, range, *slab, *by);
         let table = Arc::new(classifier.table(transfer, *slab));
         let fine = classifier.fine().map(|layout| Arc::new(layout.table(transfer, *slab)));
+        let alphas = classifier.alphas(transfer, *slab).map(Arc::new);
         let same = |o: &&Self| o.classifier == classifier && o.key.transfer == *transfer && o.key.transfer2d == *transfer2d;
         let bricks = match others.find(same) {
             Some(same) => same.bricks.clone(),
@@ -122,7 +140,7 @@ impl TransferData {
             }
         };
         let fine_strongest = fine.as_deref().map_or(0.0, strongest);
-        Self { strongest: strongest(&table).max(fine_strongest), key, classifier, table, fine, bricks }
+        Self { strongest: strongest(&table).max(fine_strongest), key, classifier, table, fine, alphas, bricks }
     }
 }
 
@@ -158,6 +176,7 @@ impl MergedData {
 pub(crate) struct ThinnessData {
     pub(crate) table: Arc<LookupTable>,
     pub(crate) fine: Option<Arc<LookupTable>>,
+    pub(crate) alphas: Option<Arc<Vec<f64>>>,
 }
 
 impl ThinnessData {
@@ -167,6 +186,7 @@ impl ThinnessData {
         Self {
             table: Arc::new(data.classifier.table(transfer, slab)),
             fine: data.classifier.fine().map(|layout| Arc::new(layout.table(transfer, slab))),
+            alphas: data.classifier.alphas(transfer, slab).map(Arc::new),
         }
     }
 }

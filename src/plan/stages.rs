@@ -4,7 +4,7 @@ use super::needs::{BlendKind, Lookup, Needs};
 use crate::fragment::*;
 use crate::lanes::Level;
 use crate::lean::LEAN;
-use crate::scene::{Classification, InProjections, OptionalStage, Order, Scene, SlabForm, StageId, Target};
+use crate::scene::{Classification, Filter, InProjections, OptionalStage, Order, Scene, SlabForm, StageId, Target};
 use crate::volume::VoxelType;
 
 /// Stages of batches whose fragments are all covered by whole slabs, and of all others.
@@ -77,11 +77,10 @@ impl<'v> Stages<'v> {
     pub(super) fn new(k: Kernels<'_>) -> Self {
         let list = |of: For| StageId::ALL.iter().filter_map(|&id| Some(Stage { id, run: k.kernel(id, of)? })).collect::<Vec<_>>();
         let span = Stage { id: StageId::Span, run: k.span() };
-        let fetch = Stage { id: StageId::Fetch, run: k.fetch() };
         let pairs = k.needs.pairs().then(|| PairStages {
             lookback: if k.needs.method.classification == Classification::SecondOrder { 2 } else { 1 },
             keep: list(For::Keep),
-            fetch,
+            fetch: Stage { id: StageId::Fetch, run: k.fetch() },
             exit: list(For::Behind),
         });
         let each = if k.scene.algorithm().is_cast() { list(For::Each) } else { Vec::new() };
@@ -106,9 +105,14 @@ impl Kernels<'_> {
             StageId::Texcoord if self.part => Some(level.kernel::<TexcoordPart<false>, _, _>()),
             StageId::Texcoord if self.needs.far => Some(level.kernel::<TexcoordFar, _, _>()),
             StageId::Texcoord => Some(level.kernel::<Texcoord, _, _>()),
-            StageId::Fetch => (of != For::Behind).then(|| self.fetch()),
+            // Colours are looked up as they are classified.
+            StageId::Fetch => (of != For::Behind && self.lookup != Lookup::Colors).then(|| self.fetch()),
             // Classification looks after NaN by itself where it sees several values.
-            StageId::Guard => (self.needs.guard && self.lookup != Lookup::Corners && !self.needs.pairs() && of != For::Keep && !LEAN)
+            StageId::Guard => (self.needs.guard
+                && !matches!(self.lookup, Lookup::Corners | Lookup::Colors)
+                && !self.needs.pairs()
+                && of != For::Keep
+                && !LEAN)
                 .then(|| level.kernel::<Guard, _, _>()),
             StageId::Keep => (of == For::Keep).then(|| level.kernel::<KeepValue, _, _>()),
             StageId::Classify if shades && self.has_pieces(of) => Some(classify_pieces),
@@ -157,8 +161,8 @@ impl Kernels<'_> {
             (Lookup::Pairs, _) => level.kernel::<FetchPairs32, _, _>(),
             (Lookup::Cubic, _) if far => level.kernel::<FetchCubic<true>, _, _>(),
             (Lookup::Cubic, _) => level.kernel::<FetchCubic<false>, _, _>(),
-            (Lookup::Single, _) if far => level.kernel::<FetchAny<true>, _, _>(),
-            (Lookup::Single, _) => level.kernel::<FetchAny<false>, _, _>(),
+            (Lookup::Single | Lookup::Colors, _) if far => level.kernel::<FetchAny<true>, _, _>(),
+            (Lookup::Single | Lookup::Colors, _) => level.kernel::<FetchAny<false>, _, _>(),
         }
     }
 
@@ -166,6 +170,11 @@ impl Kernels<'_> {
         let level = self.level;
         if self.needs.pairs() {
             return self.classify_pairs(self.needs.method.classification == Classification::SecondOrder);
+        }
+        match self.lookup {
+            Lookup::Colors if self.needs.method.filter == Filter::Nearest => return level.kernel::<ClassifyColors<true>, _, _>(),
+            Lookup::Colors => return level.kernel::<ClassifyColors<false>, _, _>(),
+            _ => {}
         }
         match (self.lookup == Lookup::Corners, self.split) {
             (false, false) => level.kernel::<Classify<false>, _, _>(),

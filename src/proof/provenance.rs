@@ -39,7 +39,9 @@ impl Provenance {
     /// # Errors
     /// As [`write_scene`].
     pub fn of(scene: &Scene, source: &VolumeSource, volume: &Volume, picture: &Picture) -> Result<Self> {
-        let scene = scene_text(scene, source)?;
+        // Whoever reads it need not know what is usual for the volume.
+        let scene = scene.clone().with_opacity_from(scene.color_opacity(volume));
+        let scene = scene_text(&scene, source)?;
         let keys = digests(&scene)?;
         let version = env!("CARGO_PKG_VERSION").to_owned();
         Ok(Self { keys, scene, version, sha256: picture.sha256(), volume_sha256: volume.sha256() })

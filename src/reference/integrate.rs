@@ -1,5 +1,6 @@
 //! The emission-absorption integral along the ray of one pixel.
 
+use super::colors::{ColorField, ColorQuadrature};
 use super::cuts::Cuts;
 use super::field::{Along, Corners, corners, cubic, solve};
 use super::light::{Lights, LitRay};
@@ -45,6 +46,9 @@ impl RayResult {
 /// trilinearly between voxel centres, constant from the outermost centres to the faces of the box, then classified by the exact
 /// transfer function. Cells that touch a NaN or infinite voxel are transparent. Light and gradient opacity see the exact gradient of the
 /// scene's kind; it is 0 where a voxel that it needs is NaN or infinite.
+///
+/// Of voxels that are colours extinction -ln(1 - a) / L0 and emission, that times the colour, are interpolated: what interpolated premultiplied
+/// colours of ever thinner slabs come to. A voxel with a number that is NaN or infinite is transparent, others are clamped to `[0,1]`.
 #[derive(Debug, Clone)]
 pub struct Integrator<'a> {
     volume: &'a Volume,
@@ -64,16 +68,18 @@ pub struct Integrator<'a> {
     /// Light, and opacity by the gradient, where the scene asks for either.
     lights: Option<Lights<'a>>,
     quadrature: Quadrature,
+    /// Where voxels are colours: what they mean, and how rays through them are integrated.
+    colors: Option<(ColorField, ColorQuadrature)>,
 }
 
 impl<'a> Integrator<'a> {
     /// An integrator for `scene` over `volume`.
     ///
     /// # Errors
-    /// [`Error::Invalid`] when the volume holds colours, when the camera cannot be resolved, when the blend mode is not [`Blend::Over`], or for fog of literal
+    /// [`Error::Invalid`] when the scene asks for what the volume does not have ([`Scene::check_with`]), when the camera cannot be resolved, when the blend mode is not [`Blend::Over`], or for fog of literal
     /// weighting: it adds the fog's colour once a slice, which has no limit as slices become many.
     pub fn new(scene: &Scene, volume: &'a Volume) -> Result<Self> {
-        volume.check_scalars()?;
+        scene.check_with(volume)?;
         if scene.blend() != Blend::Over {
             return Err(Error::invalid(
                 "render blend: rays are integrated for \"over\" alone; of the others only render.levels have a reference",
@@ -112,6 +118,7 @@ impl<'a> Integrator<'a> {
             opacity_unit: scene.opacity_length(volume.grid()),
             linear_light: scene.linear_light(),
             quadrature: Quadrature::new(),
+            colors: ColorField::of(scene, volume, if scene.linear_light() { light_of } else { |c| c }).map(|c| (c, ColorQuadrature::new())),
         })
     }
 
@@ -222,6 +229,13 @@ impl<'a> Integrator<'a> {
                 way: way.to_array(),
                 ray: LitRay { start: origin + direction * near, way: direction * (far - near), depth: near, depth_step: far - near },
             };
+            if let Some((colors, quadrature)) = &self.colors {
+                if let Some(piece) = colors.along(self.volume, low, walk.place, walk.way) {
+                    quadrature.gather(&piece, (walk.length, self.fog_on(&walk, distance)), TOLERANCE * walk.share, gathered);
+                }
+                near = far;
+                continue;
+            }
             match &self.spline {
                 None => self.cell(&corners(self.volume, low), &walk, distance, gathered),
                 Some(spline) => {
@@ -263,13 +277,7 @@ impl<'a> Integrator<'a> {
             if self.segments.transparent(position, position) || b <= a {
                 return;
             }
-            let fog = self.fog.as_ref().map(|fog| PieceFog {
-                haze: haze(fog, distance.at(0.5 * (walk.near + walk.far)).0),
-                color: fog.color(),
-                distance,
-                depth: walk.near,
-                depth_step: walk.far - walk.near,
-            });
+            let fog = self.fog_on(walk, distance);
             let mut start = a;
             for end in cuts.iter().copied().filter(|&s| s > a && s < b).chain([b]) {
                 if let Some(lit) = &mut lit {
@@ -300,6 +308,17 @@ impl<'a> Integrator<'a> {
             }
             start = end;
         }
+    }
+
+    /// Fog on a piece of ray, if there is any.
+    fn fog_on(&self, walk: &Walk, distance: Distance) -> Option<PieceFog> {
+        self.fog.as_ref().map(|fog| PieceFog {
+            haze: haze(fog, distance.at(0.5 * (walk.near + walk.far)).0),
+            color: fog.color(),
+            distance,
+            depth: walk.near,
+            depth_step: walk.far - walk.near,
+        })
     }
 
     /// How the fog's distance grows along the ray.

@@ -12,6 +12,7 @@
 //! truth lies in. Nothing in this room uses the slicing pipeline: only scenes and volumes.
 
 pub mod closed;
+mod colors;
 mod cuts;
 mod enclosure;
 mod field;

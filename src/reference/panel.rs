@@ -12,8 +12,8 @@ use std::f64::consts::PI;
 /// Gauss-Legendre rule of M points on `[0,1]` with the matrix that integrates from 0 to each point.
 #[derive(Debug, Clone)]
 pub(super) struct Rule<const M: usize> {
-    points: [f64; M],
-    weights: [f64; M],
+    pub(super) points: [f64; M],
+    pub(super) weights: [f64; M],
     partial: [[f64; M]; M],
 }
 
@@ -108,7 +108,7 @@ impl PieceFog {
     }
 
     /// The factor and its derivative by s.
-    fn factor(&self, s: f64) -> (f64, f64) {
+    pub(super) fn factor(&self, s: f64) -> (f64, f64) {
         let (z, rate) = self.distance.at(self.depth + self.depth_step * s);
         let dz = rate * self.depth_step;
         match self.haze {

@@ -51,6 +51,7 @@ impl<'a> SurfaceTracer<'a> {
         if scene.blend() != Blend::Surfaces || scene.linear_light() {
             return Err(Error::invalid("render blend: this reference is for level surfaces in display numbers"));
         }
+        volume.check_scalars("level surfaces")?;
         let rays = Integrator::new(&scene.clone().with_fog(None).with_lighting(None)?.with_blend(Blend::Over)?, volume)?;
         let view = rays.view();
         let depths = volume.grid().corners().map(|c| view.forward.dot(c - view.eye));

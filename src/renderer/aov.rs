@@ -28,6 +28,9 @@ impl Renderer {
             return Ok((picture, stats, Vec::new()));
         }
         check(scene, planes[0])?;
+        if let Some(aov) = planes.iter().find(|aov| matches!(aov, Aov::Value | Aov::Normal)) {
+            self.volume.check_scalars(&format!("aov {}", aov.name()))?;
+        }
         let told = match scene.blend() {
             Blend::Over => Told::Transmittance { between: scene.method().is_pre_integrated() },
             _ if scene.surfaces().is_some() => Told::Surfaces,

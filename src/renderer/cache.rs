@@ -6,6 +6,7 @@ use crate::plan::{MergedData, Prepared, SurfaceBricks, ThinnessData, TransferDat
 use crate::proxy::Domain;
 use crate::scene::{Filter, Surfaces};
 use crate::skip::{Runs, SkipTable};
+use crate::volume::OpacityFrom;
 use crate::volume::Volume;
 use crate::volume::spline::Coefficients;
 use crate::{Error, Result};
@@ -18,6 +19,8 @@ const KEPT: usize = 16;
 #[derive(Default)]
 pub(super) struct Cache {
     volume: Option<Arc<VolumeData>>,
+    /// What opacities go by, where voxels are colours.
+    from: Option<OpacityFrom>,
     /// What depends on the volume where the spline over it is looked up, and whether that is prefiltered.
     spline: Option<(bool, Arc<VolumeData>)>,
     /// What the tables are for: the voxels themselves, or the spline with or without prefilter.
@@ -55,12 +58,16 @@ impl Cache {
     pub(super) fn volume_data(
         &mut self,
         volume: &Volume,
-        (filter, limit): (Filter, u64),
+        (filter, from, limit): (Filter, Option<OpacityFrom>, u64),
         domain: Option<&Domain>,
         clock: &mut Clock,
     ) -> Result<Arc<VolumeData>> {
         if self.domain.as_ref() != domain {
             *self = Self { domain: domain.cloned(), ..Self::default() };
+        }
+        if self.from != from {
+            // Other numbers decide what shows.
+            *self = Self { domain: self.domain.take(), from, ..Self::default() };
         }
         let filter = if let Filter::Cubic { prefilter } = filter { Some(prefilter) } else { None };
         if self.filter != filter {
@@ -70,7 +77,8 @@ impl Cache {
             self.filter = filter;
         }
         let Some(prefilter) = filter else {
-            let make = || clock.prepare(|| Arc::new(VolumeData::new(volume, domain)));
+            let of_colors = || from.and_then(|from| VolumeData::of_colors(volume, from));
+            let make = || clock.prepare(|| Arc::new(of_colors().unwrap_or_else(|| VolumeData::new(volume, domain))));
             return Ok(Arc::clone(self.volume.get_or_insert_with(make)));
         };
         if let Some((_, data)) = self.spline.as_ref().filter(|kept| kept.0 == prefilter) {
@@ -94,6 +102,11 @@ impl Cache {
     pub(super) fn kept(&mut self) -> (Option<&VolumeData>, &mut Vec<Entry>, &mut Option<SurfaceEntry>) {
         let data = if self.filter.is_some() { self.spline.as_ref().map(|s| &*s.1) } else { self.volume.as_deref() };
         (data, &mut self.entries, &mut self.surfaces)
+    }
+
+    /// Voxels whose colours leave 0 to 1, as far as they have been counted.
+    pub(super) fn clamped(&self) -> usize {
+        self.volume.as_ref().and_then(|data| data.colors.as_ref()).map_or(0, |colors| colors.clamped)
     }
 
     /// Voxels of `volume` that are NaN or infinite, as far as they have been counted.

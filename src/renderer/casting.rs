@@ -76,7 +76,7 @@ impl Renderer {
     fn cast<O: Observer>(&mut self, job: &mut RenderJob<'_, O>, pixels: &mut [[f32; 4]]) -> Result<(Cast, u64)> {
         let (scene, volume) = (job.scene, Arc::clone(&self.volume));
         let stack = slabs(scene, &volume, &job.view, self.steps(job)?);
-        let lookups = (scene.method().filter, self.settings.limits.voxel_bytes);
+        let lookups = (scene.method().filter, scene.color_opacity(&volume), self.settings.limits.voxel_bytes);
         let data = self.cache.volume_data(&volume, lookups, None, &mut job.clock)?;
         crate::lean::check(scene, data.bricks.non_finite)?;
         let subject = Subject {

@@ -135,6 +135,7 @@ impl Renderer {
     /// As [`Renderer::render`]; [`Error::Invalid`] for scenes without layers: of the profile `opengl`, to a tolerance, extrapolated.
     pub fn render_layer(&mut self, scene: &Scene) -> Result<Layer> {
         check(scene, "a layer")?;
+        scene.check_with(&self.volume)?;
         let scene = &scene.blended();
         let size = scene.size();
         let pixels = self.pooled(|r| {
@@ -157,6 +158,8 @@ impl Renderer {
     /// shared out slice by slice: pre-integrated slabs, merged slabs, projections of values.
     pub fn render_part(&mut self, scene: &Scene, domain: &Domain) -> Result<Layer> {
         check(scene, "a part of a volume")?;
+        self.volume.check_scalars("a part of a volume")?;
+        scene.check_with(&self.volume)?;
         let method = scene.method();
         if method.is_pre_integrated() {
             return Err(Error::invalid(

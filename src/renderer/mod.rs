@@ -186,7 +186,7 @@ impl Renderer {
     /// One picture of `scene`, and what it cost.
     ///
     /// # Errors
-    /// [`Error::Invalid`] when the volume holds colours, the scene's camera cannot be resolved for its box or the settings make no sense,
+    /// [`Error::Invalid`] when the scene asks for what its volume does not have ([`Scene::check_with`]), its camera cannot be resolved for its box or the settings make no sense,
     /// [`Error::Stopped`] when progress or a [`Stopper`] said so.
     pub fn render(&mut self, scene: &Scene) -> Result<(Picture, RenderStats)> {
         let (picture, stats, ()) = self.render_observed(scene, ())?;
@@ -213,7 +213,6 @@ impl Renderer {
 
     /// Does `work` on the renderer's own threads.
     fn pooled<R: Send>(&mut self, work: impl FnOnce(&mut Self) -> Result<R> + Send) -> Result<R> {
-        self.volume.check_scalars()?;
         let pool = match self.pool.take() {
             Some(pool) => pool,
             None => make_pool(self.settings.threads)?,
@@ -237,6 +236,7 @@ impl Renderer {
             return Err(Error::invalid("tile 0: a tile has at least one pixel"));
         }
         let clock = Clock::default();
+        scene.check_with(&self.volume)?;
         let scene = &scene.blended();
         let (width, height) = scene.size();
         let view = scene.camera().resolve(self.volume.grid(), width, height)?;
@@ -248,6 +248,12 @@ impl Renderer {
         };
         let times = (job.clock.prepare_seconds, job.clock.start.elapsed().as_secs_f64());
         Ok((finish::statistics(drawn, times, &self.volume, pixels), job.observer))
+    }
+
+    /// What is told of colours outside 0 to 1.
+    fn clamped(&self) -> Vec<String> {
+        let (count, all) = (self.cache.clamped(), self.volume.grid().voxel_count());
+        if count > 0 { vec![format!("{count} of {all} voxels have a colour or an alpha outside 0 to 1: clamped")] } else { Vec::new() }
     }
 
     /// The scene's slices, as many as it says or as an error takes.
@@ -284,7 +290,7 @@ impl Renderer {
             non_finite: self.cache.non_finite(),
             non_finite_become: "transparent",
             warnings,
-            late_warnings: Vec::new(),
+            late_warnings: self.clamped(),
         })
     }
 }

@@ -63,7 +63,7 @@ impl Renderer {
     ) -> Result<FrameResult> {
         let (scene, volume) = (job.scene, Arc::clone(&self.volume));
         let Request { stack, terminate, detail, blocks, domain } = request;
-        let lookups = (scene.method().filter, self.settings.limits.voxel_bytes);
+        let lookups = (scene.method().filter, scene.color_opacity(&volume), self.settings.limits.voxel_bytes);
         let data = self.cache.volume_data(&volume, lookups, domain, &mut job.clock)?;
         crate::lean::check(scene, data.bricks.non_finite)?;
         let (level, observed) = (self.level, O::OBSERVES);
@@ -110,7 +110,7 @@ impl Renderer {
         let view = scene.camera().resolve(self.volume.grid(), width, height).ok()?;
         let stack = Stack::new(self.volume.grid(), &view, scene.clip_planes(), count);
         let mut clock = super::job::Clock::default();
-        let lookups = (scene.method().filter, self.settings.limits.voxel_bytes);
+        let lookups = (scene.method().filter, scene.color_opacity(&self.volume), self.settings.limits.voxel_bytes);
         self.cache.volume_data(&self.volume, lookups, None, &mut clock).ok()?;
         let (data, entries, surfaces) = self.cache.kept();
         let data = data?;

@@ -13,8 +13,8 @@
 
 use super::{Blend, Camera, ClipPlane, LevelSurface, Placement, Projection, Scene, TransferFunction};
 use crate::Volume;
-use crate::volume::Grid;
 use crate::volume::bricks::{BRICK, Bricks};
+use crate::volume::{Grid, OpacityFrom};
 use glam::{DAffine3, DVec3};
 
 /// Share of the picture's width or height that is filled.
@@ -39,13 +39,16 @@ pub struct Visible {
 }
 
 impl Visible {
-    /// The bricks of `volume` in which `scene` shows something; `None` where it shows nothing, or everything counts the same (minima), or there is no
-    /// volume of values; and where a cut plane shows, which may lie anywhere in the box.
+    /// The bricks of `volume` in which `scene` shows something; `None` where it shows nothing, or everything counts the same (minima); and where a cut
+    /// plane shows, which may lie anywhere in the box.
     pub fn of(scene: &Scene, volume: &Volume) -> Option<Self> {
-        if volume.colors().is_some() || !scene.cuts().is_empty() {
+        if !scene.cuts().is_empty() {
             return None;
         }
-        let bricks = volume.bricks();
+        let bricks = match opacity_bricks(scene, volume) {
+            Some(bricks) => bricks,
+            None => volume.bricks(),
+        };
         let shows = Shown::of(scene, volume, bricks)?;
         let found = Self::bricks(scene.clip_planes(), volume, bricks, &shows);
         (!found.bricks.is_empty()).then_some(found)
@@ -115,6 +118,11 @@ impl Visible {
     }
 }
 
+/// Bricks of the number that opacities of colours go by; `None` for volumes of values.
+fn opacity_bricks<'v>(scene: &Scene, volume: &'v Volume) -> Option<&'v Bricks> {
+    Some(&volume.color_bricks(scene.color_opacity(volume)?)?.bricks)
+}
+
 /// For which values something shows.
 enum Shown {
     /// Within one of these ranges.
@@ -136,6 +144,7 @@ impl Shown {
         match scene.blend() {
             Blend::Over | Blend::Add => {
                 let by_value = match scene.transfer2d() {
+                    _ if scene.color_opacity(volume) == Some(OpacityFrom::Alpha) => scene.transfer().with_own_alpha(),
                     Some(transfer) => transfer.shown(min, max).ok()?,
                     None => scene.transfer().clone(),
                 };

@@ -6,6 +6,7 @@ mod camera;
 mod clip;
 mod color;
 mod colormap;
+mod colors;
 mod cut;
 #[cfg(feature = "scene-file")]
 mod file;
@@ -28,6 +29,7 @@ mod transfer;
 mod transfer2d;
 
 pub use crate::picture::MAX_SIDE;
+pub use crate::volume::OpacityFrom;
 pub use algorithm::{Algorithm, Connectivity, MAX_GAMES, TemplatePlane};
 pub use annotations::Annotations;
 pub use camera::{Camera, Placement, Projection, View};
@@ -60,7 +62,7 @@ pub use transfer2d::{MAX_REGIONS, Region, Shape, Transfer2d};
 
 use crate::{Error, Result};
 use linear_light::ColorNumbers;
-pub(crate) use linear_light::to_display;
+pub(crate) use linear_light::{to_display, to_linear};
 
 /// The largest optical depth of a slab, where opacities are added up as such: opaque in the thinnest piece, and for the smallest factor. A power
 /// of two, so that dividing by it is exact.
@@ -146,6 +148,7 @@ pub struct Scene {
     height: u32,
     background: Straight,
     transfer: TransferFunction,
+    opacity_from: Option<OpacityFrom>,
     transfer2d: Option<Transfer2d>,
     slicing: Slicing,
     order: Order,
@@ -176,6 +179,7 @@ impl Scene {
             height: 512,
             background: Straight::default(),
             transfer,
+            opacity_from: None,
             transfer2d: None,
             slicing: Slicing::Count(256),
             order: Order::FrontToBack,

@@ -114,6 +114,11 @@ impl TransferFunction {
         Self { color, ..self.clone() }
     }
 
+    /// White, with the value itself as its opacity, per the same length.
+    pub(crate) fn with_own_alpha(&self) -> Self {
+        Self { color: vec![(0.0, [1.0; 3])], opacity: vec![(0.0, 0.0), (1.0, 1.0)], unit: self.unit, gradient_opacity: Vec::new() }
+    }
+
     /// Colour points: value, then red, green and blue.
     pub fn color(&self) -> &[(f64, [f64; 3])] {
         &self.color

@@ -115,9 +115,10 @@ pub struct Study {
 /// of the scene's own times (256 / N)^2 at N slices above 256, so that ending early never sets the error.
 ///
 /// # Errors
-/// [`Error::Invalid`] for a budget that is not positive, no methods, or scenes without a reference; [`Error::Stopped`] when progress
+/// [`Error::Invalid`] for volumes of colours, for a budget that is not positive, no methods, or scenes without a reference; [`Error::Stopped`] when progress
 /// said so; as [`Renderer::render`].
 pub fn study(volume: &Volume, scene: &Scene, options: &Options) -> Result<Study> {
+    volume.check_scalars("a report")?;
     if !(options.budget > 0.0 && options.budget.is_finite()) {
         return Err(Error::invalid(format!("budget {}: must be a positive number of seconds", options.budget)));
     }

@@ -16,25 +16,33 @@ pub enum Channels {
     /// Four numbers: red, green, blue and alpha, in this order. The colour is straight (not premultiplied by alpha), and alpha is the
     /// opacity of a layer as thick as the reference length. See [`Volume::with_colors`].
     Rgba,
+    /// Red, green and blue, in this order, and no alpha. They are kept as four numbers, of which the fourth is not looked at. See
+    /// [`Volume::without_alpha`].
+    Rgb,
     /// One integer: the label of the segment that the voxel belongs to. Labels are names, not quantities: between 1 and 3 there is no 2.
     /// Not every label needs a segment here. See [`Volume::with_segments`].
     Label(Vec<Segment>),
 }
 
 impl Channels {
-    /// Numbers that a voxel takes: 4 for colours, else 1.
+    /// Numbers that a voxel takes in memory: 4 for colours, with and without alpha, else 1.
     pub fn count(&self) -> usize {
         match self {
             Self::Scalar | Self::Label(_) => 1,
-            Self::Rgba => 4,
+            Self::Rgba | Self::Rgb => 4,
         }
+    }
+
+    /// Whether voxels are colours, with or without alpha.
+    pub fn is_color(&self) -> bool {
+        matches!(self, Self::Rgba | Self::Rgb)
     }
 
     /// The segment of the label `value`; `None` where it has no name, and where voxels are no labels.
     pub fn segment(&self, value: i64) -> Option<&Segment> {
         match self {
             Self::Label(segments) => segments.iter().find(|s| s.value == value),
-            Self::Scalar | Self::Rgba => None,
+            Self::Scalar | Self::Rgba | Self::Rgb => None,
         }
     }
 }
@@ -147,16 +155,14 @@ pub(super) fn check_segments(kind: VoxelType, segments: &[Segment]) -> Result<()
 }
 
 impl Volume {
-    /// Refuses to render what has no scalars, in one line.
-    pub(crate) fn check_scalars(&self) -> Result<()> {
+    /// Refuses `what`, which needs a value at each voxel, for a volume of colours.
+    pub(crate) fn check_scalars(&self, what: &str) -> Result<()> {
         if self.scalars().is_some() {
             return Ok(());
         }
         let file = if self.name().is_empty() { String::new() } else { format!("{}: ", self.name()) };
         Err(Error::invalid(format!(
-            "{file}RGBA voxels cannot be rendered: a transfer function classifies one number a voxel, these have {} (volume.channel = 0 reads the \
-             first of them from a file)",
-            self.channels().count()
+            "{file}{what}: needs one number a voxel, and these voxels are colours (volume.channel = 0 reads the first of their numbers from a file)"
         )))
     }
 }

@@ -1,6 +1,6 @@
 //! A volume's fingerprint.
 
-use super::{BoxConvention, Space, Volume, Voxels, with_voxels};
+use super::{BoxConvention, Channels, Space, Volume, Voxels, with_voxels};
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
@@ -11,9 +11,9 @@ impl Volume {
     /// SHA-256 of all that a picture of the volume may depend on, in hex: the same on every machine. Name and modality do not count.
     ///
     /// It is taken of one line of text, `slicestack volume 1: ` and what follows separated by spaces: the dimensions along x, y and z; the type
-    /// of the numbers; how many of them a voxel has; slope and intercept; the map from index to world space, column by column, then its
+    /// of the numbers; how many of them a voxel has, of colours without an alpha 3; slope and intercept; the map from index to world space, column by column, then its
     /// translation; `cells` or `nodes`; `ras`, `lps` or `unknown`. Floats are written as their 64 bits in hex. Behind the line's end the SHA-256
-    /// of each MiB of the voxels as stored (little-endian, x fastest) follow one another, 32 bytes each.
+    /// of each MiB of the voxels as they are in memory (little-endian, x fastest; of every colour four numbers) follow one another, 32 bytes each.
     pub fn sha256(&self) -> String {
         let voxels = self.colors.as_ref().unwrap_or(&self.voxels);
         let grid = self.grid();
@@ -29,7 +29,8 @@ impl Volume {
             Space::Lps => "lps",
             Space::Unknown => "unknown",
         };
-        let (kind, channels) = (voxels.voxel_type().name(), self.channels.count());
+        let channels = if self.channels == Channels::Rgb { 3 } else { self.channels.count() };
+        let kind = voxels.voxel_type().name();
         let mut hash = Sha256::new();
         hash.update(format!("slicestack volume 1: {x} {y} {z} {kind} {channels}{numbers} {convention} {space}\n"));
         for piece in pieces(voxels) {

@@ -3,6 +3,7 @@
 pub(crate) mod bricks;
 mod buffer;
 mod channels;
+pub(crate) mod colors;
 mod digest;
 pub mod edit;
 mod grid;
@@ -22,6 +23,7 @@ mod voxels;
 pub use crate::lanes::Number;
 pub use buffer::Buffer;
 pub use channels::{Channels, Colors, Segment};
+pub use colors::OpacityFrom;
 pub use grid::{BoxConvention, Grid, LengthUnit, Space};
 pub use joint_histogram::{JOINT_BINS, JointBin, JointHistogram};
 #[cfg(feature = "formats")]
@@ -32,6 +34,7 @@ pub(crate) use voxels::{VoxelSlices, with_slices, with_voxels};
 
 use crate::{Error, Result};
 use bricks::Bricks;
+use colors::ColorBricks;
 use glam::DVec3;
 use std::sync::{Arc, OnceLock};
 
@@ -92,6 +95,7 @@ pub struct Volume {
     /// Found out once, for clones too.
     statistics: Arc<OnceLock<Statistics>>,
     bricks: Arc<OnceLock<Arc<Bricks>>>,
+    color_bricks: Arc<[OnceLock<Arc<ColorBricks>>; OpacityFrom::ALL.len()]>,
 }
 
 /// Refuses a number of voxels that is not the grid's; each takes `channels` of the `numbers`.
@@ -131,6 +135,7 @@ impl Volume {
             details: Vec::new(),
             statistics: Arc::default(),
             bricks: Arc::default(),
+            color_bricks: Arc::default(),
         }
     }
 
@@ -148,6 +153,20 @@ impl Volume {
         Ok(Self { channels: Channels::Rgba, colors: Some(numbers), ..Self::of(grid, Voxels::zeros(kind, 0)) })
     }
 
+    /// The same colours without an alpha, as files of red, green and blue have them: [`Channels::Rgb`]. The fourth number of each voxel is not
+    /// looked at; readers make it 1.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] when the voxels are no colours.
+    pub fn without_alpha(mut self) -> Result<Self> {
+        if self.colors.is_none() {
+            return Err(Error::invalid("no alpha: is for volumes of colours"));
+        }
+        self.channels = Channels::Rgb;
+        self.color_bricks = Arc::default();
+        Ok(self)
+    }
+
     /// The same volume with its voxels taken for labels, of which `segments` tells some by name. May be empty: labels without names.
     ///
     /// # Errors
@@ -155,7 +174,7 @@ impl Volume {
     /// of another segment; when a colour is outside `[0,1]`.
     pub fn with_segments(mut self, segments: Vec<Segment>) -> Result<Self> {
         if self.colors.is_some() {
-            return Err(Error::invalid("labels of RGBA voxels: a label is one integer"));
+            return Err(Error::invalid("labels of voxels that are colours: a label is one integer"));
         }
         channels::check_segments(self.voxels.voxel_type(), &segments)?;
         if self.rescale() != (1.0, 0.0) {
@@ -171,7 +190,7 @@ impl Volume {
     /// [`Error::Invalid`] when either is not finite or the slope is 0; for labels and colours, when they change anything.
     pub fn with_rescale(mut self, slope: f64, intercept: f64) -> Result<Self> {
         if self.channels != Channels::Scalar && (slope, intercept) != (1.0, 0.0) {
-            let what = if self.colors.is_some() { "RGBA voxels" } else { "labels" };
+            let what = if self.colors.is_some() { "colours" } else { "labels" };
             return Err(Error::invalid(format!("rescale slope {slope}, intercept {intercept}: {what} are not rescaled")));
         }
         if !slope.is_finite() || !intercept.is_finite() || slope == 0.0 {
@@ -226,6 +245,7 @@ impl Volume {
         check_count(&grid, self.colors.as_ref().unwrap_or(&self.voxels).len(), self.channels.count())?;
         self.grid = grid;
         self.bricks = Arc::default();
+        self.color_bricks = Arc::default();
         Ok(self)
     }
 

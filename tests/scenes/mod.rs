@@ -1,5 +1,6 @@
 //! Small scenes that go through every stage, shared by tests of determinism and of golden pictures.
 
+mod colors;
 mod rays;
 
 use glam::{DMat3, DMat4, DQuat, DVec3, DVec4};
@@ -317,6 +318,7 @@ pub(crate) fn samples() -> Vec<Sample> {
     lit(&mut list);
     cast(&mut list);
     rays::rays(&mut list);
+    colors::samples(&mut list);
     list
 }
 

@@ -10,6 +10,7 @@
 
 mod blend;
 mod classify;
+mod colors;
 mod cubic;
 mod fetch;
 mod gradient;
@@ -64,6 +65,7 @@ fn twins(id: StageId) -> &'static [fn()] {
         StageId::Classify => &[
             classify::values,
             classify::corners,
+            colors::slabs,
             pair::pairs,
             pair::pairs_with_a_fine_table,
             pair::pairs_of_second_order,
@@ -300,6 +302,7 @@ fn frame<'v>(voxels: &'v Voxels, n: &mut Numbers) -> Frame<'v> {
         optional: OptionalFrame { gradient: None, opacity: None, transfer2d: None, light: None, fog: None },
         surfaces: None,
         pieces: None,
+        colors: None,
     }
 }
 

@@ -122,7 +122,7 @@ impl<'a> Prover<'a> {
     /// over, filters other than linear, light, opacity by gradient, functions of value and gradient, linear light, fog of literal weighting, the
     /// profile `opengl`.
     pub fn new(scene: &Scene, volume: &'a Volume) -> Result<Self> {
-        volume.check_scalars()?;
+        volume.check_scalars("bounds of rays")?;
         if let Some(what) = refused(scene) {
             return Err(Error::invalid(format!("{what}: no bounds can be proven for it")));
         }

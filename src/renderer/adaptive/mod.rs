@@ -62,12 +62,14 @@ impl Renderer {
     ) -> Result<(FrameResult, f64)> {
         let second = Method { classification: Classification::SecondOrder, ..job.scene.method() };
         // Light and opacity by gradient are taken at one sample a slab, which leaves slabs between two values of the first order.
-        let free = job.scene.method() == Method::default() && job.scene.blend() == Blend::Over && !job.scene.needs_gradient();
+        // Colours have no values that slabs could lie between.
+        let colors = self.volume.colors().is_some();
+        let free = job.scene.method() == Method::default() && job.scene.blend() == Blend::Over && !job.scene.needs_gradient() && !colors;
         // And there are no such slabs between shells, beside opaque planes, and so on.
         let free = free && job.scene.clone().with_method(second).is_ok();
         // What an error is asked for, slabs may become one wherever the method lets them.
         let method = Method { merge: true, ..job.scene.method() };
-        let merging = job.scene.clone().with_method(method).ok().filter(|s| crate::plan::method(s).merge);
+        let merging = job.scene.clone().with_method(method).ok().filter(|s| crate::plan::method(s).merge && !colors);
         if let Some(found) = self.in_stead(job, merging.as_ref(), |r, job| r.refined(job, tolerance, pixels, free.then_some(second)))? {
             return Ok(found);
         }

@@ -30,6 +30,7 @@ mod table;
 mod tests;
 mod transfer;
 mod transfer2d;
+mod transfer_colors;
 mod transfer_file;
 mod volume;
 mod write;
@@ -39,7 +40,7 @@ pub use schema::{Key, KeyKind, keys, schema};
 pub use transfer_file::{FoundTransfer, TransferFile, write_transfer};
 pub use write::{SceneFormat, transfer_sections, write_scene};
 
-use crate::scene::{Annotations, Blend, Camera, Method};
+use crate::scene::{Annotations, Blend, Camera, Method, OpacityFrom};
 use crate::volume::io::Endian;
 use crate::volume::plausible::Doubt;
 use crate::volume::{Origin, VolumeSource};
@@ -211,6 +212,7 @@ impl SceneFile {
         let mut data = Data { volume, scene: self.partial.clone(), warnings: Vec::new(), notes: Vec::new() };
         // A function of value and gradient stands in the place of a preset, and comes without its light.
         let ready = d.transfer.finish(&cx, &mut data)?.filter(|_| !d.transfer2d.given());
+        data.scene.check_with(volume).map_err(|e| cx.places.locate(e))?;
         d.render.finish(&mut data)?;
         data.scene = d.camera.apply(&cx, data.scene, volume)?;
         d.image.finish(&mut data)?;
@@ -239,14 +241,17 @@ impl SceneFile {
             }));
         }
         let (min, max) = volume.range();
-        if min == max && volume.statistics().non_finite == 0 {
+        if volume.scalars().is_some() && min == max && volume.statistics().non_finite == 0 {
             warnings.push(format!("every voxel is {min}: the picture shows the box and nothing in it"));
         }
-        if matches!(scene.blend(), Blend::Over | Blend::Add)
+        if let Some(from) = scene.color_opacity(volume).filter(|_| scene.shows_nothing_of(volume)) {
+            warnings.push(format!("the picture is empty: no voxel has an opacity above 0 by its {}", from.name()));
+        }
+        let by_value = matches!(scene.blend(), Blend::Over | Blend::Add)
             && scene.transfer2d().is_none()
-            && scene.cuts().is_empty()
-            && !scene.transfer().opaque_within(min, max)
-        {
+            && volume.scalars().is_some()
+            && scene.cuts().is_empty();
+        if by_value && !scene.transfer().opaque_within(min, max) {
             warnings.push(format!("the picture is empty: the transfer function is transparent from {min} to {max}, all the data has"));
         }
         Ok(ResolvedScene { scene, warnings, notes })
@@ -280,7 +285,8 @@ fn text_of_file(path: &Path, most: u64) -> Result<String> {
 impl Document {
     /// All of the scene that does not depend on the data, so that a mistake is found before a volume is loaded.
     fn before_data(&self, cx: &Context<'_>) -> Result<Scene> {
-        let scene = Scene::new(self.transfer.before_data(cx)?);
+        let from = self.transfer.opacity_from.map(OpacityFrom::from);
+        let scene = Scene::new(self.transfer.before_data(cx)?).with_opacity_from(from);
         let scene = self.frame(cx, scene).map_err(|e| cx.places.locate(e))?;
         Ok(scene.with_camera(self.camera.before_data(cx)?))
     }

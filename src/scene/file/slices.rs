@@ -148,7 +148,7 @@ impl SliceKeys {
             let name = data.scene.algorithm().name();
             data.notes.push(format!("{key} is not heeded: render.algorithm = \"{name}\" goes from voxel to voxel"));
         }
-        if self.merge == Some(false) && self.tolerance.is_some() {
+        if self.merge == Some(false) && self.tolerance.is_some() && data.volume.scalars().is_some() {
             data.warnings.push("slices.merge = false is not heeded: to a tolerance slabs are merged where that will do".to_owned());
         }
         Ok(())

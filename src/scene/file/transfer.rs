@@ -6,7 +6,7 @@ use super::schema::names;
 use super::section::{Context, Data, Given, Rivals, choices};
 use super::transfer_file::{FoundTransfer, TransferFile};
 use crate::scene::preset::{Guess, Landmarks, Preset};
-use crate::scene::{Blend, Classification, ColorMap, Lighting, Method, Scene, TransferFunction};
+use crate::scene::{Blend, Classification, ColorMap, Lighting, Method, OpacityFrom, Scene, TransferFunction};
 use crate::{Error, Result, Volume};
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Serialize};
@@ -37,6 +37,10 @@ pub(super) struct TransferKeys {
     pub gradient_opacity: Option<Vec<[f64; 2]>>,
     /// Length that opacities refer to, world units; the smallest voxel spacing or the preset's own unless given.
     pub opacity_unit: Option<f64>,
+    /// Voxels that are colours: what their opacity goes by. alpha (the default where they have one) is the opacity per opacity_unit itself; luma
+    /// (the default elsewhere: 0.2126 R + 0.7152 G + 0.0722 B) and maximum, the largest of R, G and B, go through the points of opacity, over
+    /// 0 to 1.
+    pub opacity_from: Option<OpacityFromKey>,
     /// Interpolate and then classify (post, the default), classify first (pre), or integrate over slabs (pre-integrated, or
     /// second-order, which knows the values' curvature too).
     pub classification: Option<ClassificationKey>,
@@ -44,6 +48,7 @@ pub(super) struct TransferKeys {
 
 choices! {
     ClassificationKey => Classification { Post, Pre, PreIntegrated, SecondOrder }
+    OpacityFromKey => OpacityFrom { Alpha, Luma, Maximum }
 }
 
 fn preset_names(_: &mut SchemaGenerator) -> Schema {
@@ -89,6 +94,9 @@ impl TransferKeys {
     /// The keys that say what the transfer function of `scene` is, point by point. A function of value and gradient stands in its place, but
     /// for the colours of level surfaces.
     pub(super) fn of(scene: &Scene) -> Self {
+        if let Some(from) = scene.opacity_from() {
+            return Self::of_colors(scene, from);
+        }
         let counts = scene.transfer2d().is_none() || matches!(scene.blend(), Blend::Iso { .. } | Blend::Surfaces);
         let t = Some(scene.transfer()).filter(|_| counts);
         let factors = t.map(TransferFunction::gradient_opacity).filter(|points| !points.is_empty());
@@ -102,12 +110,28 @@ impl TransferKeys {
             opacity: t.map(|t| t.opacity().iter().map(|&(v, a)| [v, a]).collect()),
             gradient_opacity: factors.map(|points| points.iter().map(|&(g, factor)| [g, factor]).collect()),
             opacity_unit: t.and_then(TransferFunction::unit),
+            opacity_from: None,
             classification: Some(scene.method().classification.into()),
+        }
+    }
+
+    /// The keys that say what opacities of colours are in `scene`: voxels have colours of their own, and alphas where those count.
+    fn of_colors(scene: &Scene, from: OpacityFrom) -> Self {
+        let t = scene.transfer();
+        let points = || t.opacity().iter().map(|&(v, a)| [v, a]).collect();
+        Self {
+            opacity: (from != OpacityFrom::Alpha).then(points),
+            opacity_unit: t.unit(),
+            opacity_from: Some(from.into()),
+            ..Self::default()
         }
     }
 
     /// The transfer function as far as it can be made without the volume, so that a mistake is found before one is loaded.
     pub(super) fn before_data(&self, cx: &Context<'_>) -> Result<TransferFunction> {
+        if self.opacity_from.is_some() {
+            self.refuse_values(cx)?;
+        }
         let preset = self.preset(cx)?;
         self.colormap(cx)?;
         if preset.is_some() || self.file.is_some() {
@@ -147,6 +171,9 @@ impl TransferKeys {
 
     /// The scene through the transfer function for its volume; and the light of that, where it comes lit.
     pub(super) fn finish(&self, cx: &Context<'_>, data: &mut Data<'_>) -> Result<Option<Lighting>> {
+        if let Some(usual) = OpacityFrom::usual(data.volume.channels()) {
+            return self.finish_colors(cx, data, usual).map(|()| None);
+        }
         if let Some((transfer, lighting)) = self.projected(cx, data)? {
             data.scene = data.scene.clone().with_transfer(self.with_rest(transfer).map_err(|e| cx.places.locate(e))?);
             return Ok(lighting);
@@ -234,7 +261,7 @@ impl TransferKeys {
     }
 
     /// `transfer` with the unit of opacities and the gradient opacity that are given, or else its own.
-    fn with_rest(&self, transfer: TransferFunction) -> Result<TransferFunction> {
+    pub(super) fn with_rest(&self, transfer: TransferFunction) -> Result<TransferFunction> {
         let transfer = match &self.gradient_opacity {
             Some(points) => transfer.with_gradient_opacity(points.iter().map(|&[g, factor]| (g, factor)).collect())?,
             None => transfer,

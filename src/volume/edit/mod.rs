@@ -39,11 +39,19 @@ impl Volume {
     fn with_numbers(&self, grid: Grid, numbers: Voxels) -> Result<Self> {
         check_count(&grid, numbers.len(), self.channels.count())?;
         let (voxels, colors) = match self.channels {
-            Channels::Rgba => (Voxels::zeros(numbers.voxel_type(), 0), Some(numbers)),
+            Channels::Rgba | Channels::Rgb => (Voxels::zeros(numbers.voxel_type(), 0), Some(numbers)),
             Channels::Scalar | Channels::Label(_) => (numbers, None),
         };
         let kept = self.clone();
-        Ok(Self { grid, voxels, colors, statistics: Default::default(), bricks: Default::default(), ..kept })
+        Ok(Self {
+            grid,
+            voxels,
+            colors,
+            statistics: Default::default(),
+            bricks: Default::default(),
+            color_bricks: Default::default(),
+            ..kept
+        })
     }
 }
 

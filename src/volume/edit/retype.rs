@@ -89,6 +89,7 @@ pub fn convert_type(
         Channels::Scalar => new.with_rescale(map.to.0, map.to.1)?,
         Channels::Label(segments) => new.with_segments(segments.clone())?,
         Channels::Rgba => new,
+        Channels::Rgb => new.without_alpha()?,
     };
     Ok(Retyped { volume: new, range, clipped: counts.clipped, undefined: counts.undefined, rounded: counts.rounded })
 }
@@ -98,14 +99,14 @@ fn map(volume: &Volume, kind: VoxelType, scale: Option<(f64, f64)>) -> Result<Ma
     let what = match volume.channels() {
         Channels::Scalar => None,
         Channels::Label(_) => Some("labels"),
-        Channels::Rgba => Some("colours"),
+        Channels::Rgba | Channels::Rgb => Some("colours"),
     };
     if let (Some(what), Some((low, high))) = (what, scale) {
         return Err(Error::invalid(format!("scale {low},{high}: {what} are not scaled")));
     }
     match volume.channels() {
         Channels::Label(_) if kind.is_float() => return Err(Error::invalid(format!("labels of {kind}: a label is an integer"))),
-        Channels::Rgba => {
+        Channels::Rgba | Channels::Rgb => {
             check_colors(kind)?;
             let full = |kind: VoxelType| if kind.is_float() { 1.0 } else { 1.0 / kind.limits().1 };
             return Ok(Map { from: (full(volume.numbers().voxel_type()), 0.0), to: (full(kind), 0.0), ends });

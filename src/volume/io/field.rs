@@ -1,6 +1,6 @@
 //! `key: value` lines of text headers, parsed with errors that name the key and the number at fault.
 
-use crate::volume::{Grid, Modality, Space};
+use crate::volume::{Grid, Modality, Space, Volume, Voxels};
 use crate::{Error, Result};
 use glam::{DMat3, DVec3};
 use std::path::{Path, PathBuf};
@@ -149,6 +149,15 @@ pub(super) fn complete(steps: [Option<DVec3>; 3]) -> DMat3 {
 /// A grid, with the file's name in front of what is wrong with it.
 pub(super) fn grid(path: &Path, dims: [usize; 3], origin: DVec3, steps: DMat3, space: Space) -> Result<Grid> {
     named(path, Grid::new(dims, origin, steps)).map(|g| g.with_space(space))
+}
+
+/// Colours on `grid`, red, green, blue and alpha one after the other; the file has an `alpha`, or its reader made one of 1.
+///
+/// # Errors
+/// [`Error::Invalid`] when the numbers are not the grid's, or of a type that colours are not kept in.
+pub(super) fn colors(grid: Grid, numbers: Voxels, alpha: bool) -> Result<Volume> {
+    let volume = Volume::with_colors(grid, numbers)?;
+    if alpha { Ok(volume) } else { volume.without_alpha() }
 }
 
 /// The same result, with the file's name in front of what is invalid.

@@ -160,7 +160,8 @@ impl Layout {
                 if inner == 1 { frame } else { picked(&frame, (inner, keep, colors)) }
             }
         };
-        let volume = if colors { Volume::with_colors(grid, numbers) } else { Volume::new(grid, numbers) };
+        let three = self.inner.is_some_and(|axis| axis.size == 3);
+        let volume = if colors { super::field::colors(grid, numbers, !three) } else { Volume::new(grid, numbers) };
         let volume = super::field::named(&self.path, volume)?;
         if matches!(stored, Stored::Complex64 | Stored::Complex128) {
             notes.push("complex numbers: their magnitude is read".to_owned());

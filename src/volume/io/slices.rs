@@ -247,16 +247,16 @@ fn greys(colors: &Voxels) -> Option<Voxels> {
     }
 }
 
-/// The volume of `numbers` on `grid`; colours that are all grey become scalars.
+/// The volume of `numbers` of such `pixels` on `grid`; colours that are all grey become scalars.
 ///
 /// # Errors
 /// When the numbers are not the grid's.
-pub(super) fn volume(grid: Grid, take: Take, numbers: Voxels) -> Result<Volume> {
+pub(super) fn volume(grid: Grid, (pixels, take): (&Pixels, Take), numbers: Voxels) -> Result<Volume> {
     if take != Take::Colors {
         return Volume::new(grid, numbers);
     }
     match greys(&numbers) {
         Some(scalars) => Ok(Volume::new(grid, scalars)?.with_note("All colours are opaque greys: each was taken for one number.")),
-        None => Volume::with_colors(grid, numbers),
+        None => super::field::colors(grid, numbers, matches!(pixels.color, Color::Rgb(Alpha::Straight | Alpha::Premultiplied))),
     }
 }

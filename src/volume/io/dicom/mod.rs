@@ -274,7 +274,7 @@ fn read(store: Store, reading: &Reading) -> Result<Volume> {
     let dims = [layout.columns, layout.rows, stack.plan.count(stack.slices.len())];
     let grid = grid(tree.path(), dims, stack.origin, stack.steps, stack.space)?;
     let volume = if loaded.is_color {
-        named(tree.path(), Volume::with_colors(grid, loaded.voxels))?
+        named(tree.path(), Volume::with_colors(grid, loaded.voxels).and_then(Volume::without_alpha))?
     } else {
         let volume = named(tree.path(), Volume::new(grid, loaded.voxels))?;
         let volume = named(tree.path(), volume.with_rescale(loaded.rescale.0, loaded.rescale.1))?;

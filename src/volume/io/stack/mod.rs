@@ -148,7 +148,7 @@ fn read(store: Store, reading: &Reading) -> Result<Volume> {
         if picture.pixels() == *pixels { picture.decode(out) } else { Err(picture.changed()) }
     })?;
     let grid = named(path, Grid::with_spacing([pixels.width, pixels.height, stack.names.len()], [1.0; 3]))?;
-    let volume = named(path, slices::volume(grid, take, numbers))?;
+    let volume = named(path, slices::volume(grid, (pixels, take), numbers))?;
     Ok(stack.notes(take).into_iter().fold(volume, Volume::with_note))
 }
 

@@ -255,7 +255,7 @@ fn read(store: Store, reading: &Reading) -> Result<Volume> {
     let voxels = chosen.voxels(reading)?;
     let (path, pixels) = (chosen.tiff.places.path(), &chosen.pixels);
     let grid = named(path, Grid::with_spacing([pixels.width, pixels.height, chosen.planes().len()], chosen.series.spacing))?;
-    let mut volume = named(path, slices::volume(grid, chosen.take, voxels))?;
+    let mut volume = named(path, slices::volume(grid, (pixels, chosen.take), voxels))?;
     if let (Some((slope, intercept)), Some(_)) = (chosen.series.rescale, volume.scalars()) {
         volume = named(path, volume.with_rescale(slope, intercept))?;
     }

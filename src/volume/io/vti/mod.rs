@@ -220,7 +220,7 @@ fn read(store: Store, reading: &Reading) -> Result<Volume> {
     let grid = grid(&path, all.dims(), origin + steps * first, steps, Space::Unknown)?;
     let voxels = together(&mut contents, &image, &chosen, &all, most, reading)?;
     let volume = match chosen.kept {
-        Kept::Colors => Volume::with_colors(grid, voxels),
+        Kept::Colors => super::field::colors(grid, voxels, chosen.array.components == 4),
         Kept::Channel(_) => Volume::new(grid, voxels),
     };
     Ok(notes.into_iter().fold(named(&path, volume)?, Volume::with_note))

@@ -154,7 +154,7 @@ fn read(store: Store, reading: &Reading) -> Result<Volume> {
     if scan.binary && !array.in_field {
         check_rest(&mut source, bytes)?;
     }
-    let volume = if colors { Volume::with_colors(grid, voxels) } else { Volume::new(grid, voxels) };
+    let volume = if colors { super::field::colors(grid, voxels, components == 4) } else { Volume::new(grid, voxels) };
     Ok(notes.into_iter().fold(named(&path, volume)?, Volume::with_note))
 }
 

@@ -1,7 +1,7 @@
 //! MetaImage as it is written. Source of the format: <https://itk.org/Wiki/MetaIO/Documentation>.
 
 use super::{AUTHOR, Page, WriteFormat, grids};
-use crate::volume::{Channels, Modality, Space, VoxelType};
+use crate::volume::{Modality, Space, VoxelType};
 
 /// The key of the compressed voxels' bytes, without which ITK does not read them.
 const SIZE: &str = "CompressedDataSize = ";
@@ -57,7 +57,7 @@ pub(super) fn header(page: &mut Page) -> Vec<u8> {
         Modality::Other => lines.push("Modality = MET_MOD_OTHER".to_owned()),
         Modality::Unknown => {}
     }
-    if *page.volume.channels() == Channels::Rgba {
+    if page.volume.channels().is_color() {
         lines.push("ElementNumberOfChannels = 4".to_owned());
     }
     if page.rescale != (1.0, 0.0) {

@@ -338,6 +338,11 @@ fn encode(volume: &Volume, out: &mut dyn Write, name: &Path, format: WriteFormat
             "{format} keeps no slope and intercept: give --volume.slope {slope:?} --volume.intercept {intercept:?} where it is read"
         ));
     }
+    if *volume.channels() == Channels::Rgb {
+        notes.push(
+            "colours are written with an alpha of 1, as they are kept: give --transfer.opacity_from luma where they are rendered".into(),
+        );
+    }
     let mut page = Page { volume, kind: numbers.kind(), compress: writing.compress, packed, rescale, notes };
     let header = named(
         name,

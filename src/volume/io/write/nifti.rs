@@ -105,7 +105,7 @@ pub(super) fn header(page: &mut Page) -> Result<Vec<u8>> {
 /// Code of the type, and its bits.
 fn datatype(page: &Page) -> Result<(i16, i16)> {
     let code = match page.kind {
-        kind if *page.volume.channels() == Channels::Rgba => {
+        kind if page.volume.channels().is_color() => {
             if kind != VoxelType::U8 {
                 return Err(Error::invalid(format!("colours of {kind}: NIfTI-1 holds those of u8 alone")));
             }

@@ -1,11 +1,11 @@
 //! NumPy arrays as they are written. Source of the format: <https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html>.
 
 use super::{Page, WriteFormat, grids};
-use crate::volume::{Channels, VoxelType};
+use crate::volume::VoxelType;
 
 /// The header of an array (z, y, x), or (z, y, x, 4) for colours.
 pub(super) fn header(page: &mut Page) -> Vec<u8> {
-    if *page.volume.channels() == Channels::Rgba && page.kind != VoxelType::U8 {
+    if page.volume.channels().is_color() && page.kind != VoxelType::U8 {
         page.note(format!("of NumPy files colours of bytes alone are read here again: these are {}", page.kind));
     }
     let [x, y, z] = page.volume.grid().dims();
@@ -19,7 +19,7 @@ pub(super) fn header(page: &mut Page) -> Vec<u8> {
         VoxelType::F32 => "<f4",
         VoxelType::F64 => "<f8",
     };
-    let colors = if *page.volume.channels() == Channels::Rgba { ", 4" } else { "" };
+    let colors = if page.volume.channels().is_color() { ", 4" } else { "" };
     let text = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': ({z}, {y}, {x}{colors}), }}");
     // Magic, version and the length of the text come first; a line end is last, at a multiple of 64 bytes.
     let before = 10;

@@ -18,7 +18,7 @@ pub(super) fn header(page: &Page) -> Vec<u8> {
         VoxelType::F32 => "float",
         VoxelType::F64 => "double",
     };
-    let colors = *page.volume.channels() == Channels::Rgba;
+    let colors = page.volume.channels().is_color();
     // The components of a colour are an axis of their own, the fastest.
     let [dimension, sizes, none, kinds] = if colors { ["4", "4 ", "none ", "RGBA-color "] } else { ["3", "", "", ""] };
     let space = match grid.space() {

@@ -1,7 +1,7 @@
 //! Raw files as they are written: voxels alone.
 
 use super::{Page, WriteFormat, grids};
-use crate::volume::{Channels, Space};
+use crate::volume::Space;
 use crate::{Error, Result};
 use glam::DVec3;
 
@@ -10,7 +10,7 @@ use glam::DVec3;
 /// # Errors
 /// For colours, which cannot be read from raw files.
 pub(super) fn header(page: &mut Page) -> Result<Vec<u8>> {
-    if *page.volume.channels() == Channels::Rgba {
+    if page.volume.channels().is_color() {
         return Err(Error::invalid("colours cannot be read from raw files: write .nrrd instead"));
     }
     let grid = page.volume.grid();
