@@ -283,12 +283,20 @@ fn random(seed: u64) -> Scene {
     s = tried(s, |s| s.with_linear_light(linear));
     let level = dice.number();
     let surface = |dice: &mut Dice| LevelSurface::new(dice.number(), dice.flip().then(|| dice.rgb()), dice.share()).unwrap();
-    s = match dice.below(12) {
+    let center = dice.number();
+    let width = dice.positive();
+    s = match dice.below(15) {
         _ if merged => s,
         0 => tried(s, |s| s.with_blend(Blend::Mip)),
         1 => tried(s, |s| s.with_blend(Blend::Min)),
         2 => tried(s, |s| s.with_blend(Blend::Average)),
         3 => tried(s, |s| s.with_blend(Blend::Add)),
+        10 => tried(s, |s| s.with_blend(Blend::Under)),
+        11 => {
+            let attenuation = dice.positive();
+            tried(s, |s| s.with_blend(Blend::AttenuatedMip { attenuation })?.with_window(dice.flip().then_some([center, width])))
+        }
+        12 => tried(s, |s| s.with_blend(Blend::Add)?.with_window(Some([center.abs() + 0.5 * width, width]))),
         4 => tried(s, |s| s.with_blend(Blend::Lmip { threshold: level })),
         5 => tried(s, |s| s.with_blend(Blend::Lmip { threshold: f64::MIN })),
         6 | 7 => tried(s, |s| s.with_blend(Blend::Iso { level })),

@@ -138,7 +138,7 @@ impl Shown {
             return None;
         }
         match scene.blend() {
-            Blend::Over | Blend::Add => {
+            Blend::Over | Blend::Under | Blend::Add => {
                 let by_value = match scene.transfer2d() {
                     Some(transfer) => transfer.shown(min, max).ok()?,
                     None => scene.transfer().clone(),
@@ -154,7 +154,7 @@ impl Shown {
             Blend::Surfaces => {
                 Some(Self::Crossings(scene.levels().iter().filter(|l| l.opacity() > 0.0).map(LevelSurface::level).collect()))
             }
-            Blend::Mip | Blend::Lmip { .. } | Blend::Average => Some(Self::Ranges(bright(scene.transfer(), min, max))),
+            Blend::Mip | Blend::AttenuatedMip { .. } | Blend::Lmip { .. } | Blend::Average => Some(Self::Ranges(bright(scene.transfer(), min, max))),
             // Anything may be the least.
             Blend::Min => None,
         }

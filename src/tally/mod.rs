@@ -22,7 +22,8 @@ pub struct Tally {
     pub corners: u64,
     /// Fragments and pieces that went through the stages.
     pub looked_up: u64,
-    /// Fragments and pieces passed over because the transfer function shows nothing near them.
+    /// Fragments and pieces passed over because the transfer function shows nothing near them; in projections of the largest or smallest value,
+    /// because the values near them are no larger, or smaller, than what their pixels have seen.
     pub empty: u64,
     /// Fragments and pieces passed over because every pixel of their block let no more light through.
     pub finished: u64,

@@ -4,6 +4,7 @@
 
 mod blending;
 mod closed;
+mod compositing;
 mod convergence;
 mod cubic;
 mod extremes;
@@ -11,6 +12,7 @@ mod fog;
 mod labels;
 mod light;
 mod lit;
+mod local_maxima;
 mod merged;
 mod methods;
 mod oracle;

@@ -38,7 +38,7 @@ pub use schema::{Key, KeyKind, keys, schema};
 pub use transfer_file::{FoundTransfer, TransferFile, write_transfer};
 pub use write::{SceneFormat, transfer_sections, write_scene};
 
-use crate::scene::{Annotations, Blend, Camera, Method};
+use crate::scene::{Annotations, Camera, Method};
 use crate::volume::io::Endian;
 use crate::volume::plausible::Doubt;
 use crate::volume::{Origin, VolumeSource};
@@ -213,7 +213,7 @@ impl SceneFile {
             data.scene = d.light.apply(&d.lights, ready, &cx, data.scene)?;
             if data.scene.lighting().is_none()
                 && !d.light.is_off()
-                && !matches!(data.scene.blend(), Blend::Mip | Blend::Min | Blend::Average | Blend::Lmip { .. })
+                && !data.scene.blend().projects_values()
             {
                 data.warnings
                     .push("the preset's light is left out: it does not go together with the scene's way to blend slices".to_owned());
@@ -236,7 +236,7 @@ impl SceneFile {
         if min == max && volume.statistics().non_finite == 0 {
             warnings.push(format!("every voxel is {min}: the picture shows the box and nothing in it"));
         }
-        if matches!(scene.blend(), Blend::Over | Blend::Add) && scene.transfer2d().is_none() && !scene.transfer().opaque_within(min, max) {
+        if scene.blend().blends_colors() && scene.transfer2d().is_none() && !scene.transfer().opaque_within(min, max) {
             warnings.push(format!("the picture is empty: the transfer function is transparent from {min} to {max}, all the data has"));
         }
         Ok(ResolvedScene { scene, warnings, notes })

@@ -127,7 +127,7 @@ impl SliceKeys {
         if !self.says_slices() && data.scene.opengl().is_none() {
             let scene = data.scene.clone();
             let tolerant =
-                matches!(scene.blend(), Blend::Over | Blend::Add).then(|| scene.clone().with_slices(Slicing::Tolerance(USUAL_TOLERANCE)));
+                scene.blend().blends_colors().then(|| scene.clone().with_slices(Slicing::Tolerance(USUAL_TOLERANCE)));
             data.scene = match tolerant {
                 Some(Ok(scene)) => scene,
                 _ => {
