@@ -13,6 +13,7 @@ use slicestack::scene::{
     SceneFormat, Scissor, Shading, Shape, SlabForm, Slicing, Straight, TableColors, Target, TemplatePlane, TextureFormat, Transfer2d,
     TransferFunction, Wrap, keys, write_scene,
 };
+use slicestack::volume::edit::CropBox;
 use slicestack::volume::io::{Choice, Endian, RawSpec};
 use slicestack::volume::phantom::Phantom;
 use slicestack::volume::{BoxConvention, Modality, Origin, VolumeSource, VoxelType};
@@ -403,6 +404,12 @@ fn sources() -> Vec<VolumeSource> {
         VolumeSource::new(Origin::File("study".into()))
             .with_choice(Choice::new().series("1.2.840").array("a b").level(2).frame(3).channel(1)),
         VolumeSource::new(Origin::File("study".into())).with_choice(Choice::new().series("3")).with_modality(Modality::Other),
+        VolumeSource::new(Origin::File("flow.vti".into())).with_choice(Choice::new().magnitude()).with_crop(CropBox::Voxels([
+            0..3,
+            2..9,
+            1..2,
+        ])),
+        VolumeSource::new(Origin::Phantom(Phantom::Cloud, 16)).with_crop(CropBox::World([[-1.5, 2.25], [0.0, 1e-3], [-3.0, 7.0]])),
     ]
 }
 

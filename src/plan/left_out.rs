@@ -137,9 +137,12 @@ pub(crate) fn passed_over(t: &Tally, visible_share: Option<f64>, peaks: bool) ->
                 (t.empty_batches, all),
                 "batches",
             ),
-            false => {
-                LeftOut::counted("empty batches", format!("nothing shows of the values in their bricks{share}"), (t.empty_batches, all), "batches")
-            }
+            false => LeftOut::counted(
+                "empty batches",
+                format!("nothing shows of the values in their bricks{share}"),
+                (t.empty_batches, all),
+                "batches",
+            ),
         },
         LeftOut::counted(
             "finished batches",

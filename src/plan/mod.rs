@@ -28,7 +28,8 @@ pub(crate) use crate::classify::Detail;
 use crate::classify::{By, Classifier, Classify, KnotPiece, Measure, Slab};
 use crate::fragment::project::NOTHING;
 use crate::fragment::{
-    AttenuationFrame, BlendFrame, ColorFrame, DEEP, Frame, LabelFrame, LabelPiece, Numbers, OptionalFrame, PieceFrame, SampleFrame, SurfaceFrame,
+    AttenuationFrame, BlendFrame, ColorFrame, DEEP, Frame, LabelFrame, LabelPiece, Numbers, OptionalFrame, PieceFrame, SampleFrame,
+    SurfaceFrame,
 };
 use crate::lanes::{Level, LookupTable};
 use crate::proxy::{Domain, Stack};
@@ -36,8 +37,8 @@ use crate::scene::{Blend, Fog, FogDistance, SampleAt, Scene};
 use crate::skip::{PeakTable, Runs, SkipTable};
 use crate::volume::Volume;
 use hidden_values::hidden_up_to;
-use scaling::value_range;
 use needs::{BlendKind, Lookup};
+use scaling::value_range;
 use std::sync::Arc;
 
 /// What a plan is made for.
@@ -57,6 +58,15 @@ pub(crate) struct Subject<'s, 'v> {
     pub(crate) domain: Option<&'v Domain>,
 }
 
+/// What a frame needs to pass over bricks that cannot change a projection.
+#[derive(Debug)]
+pub(crate) struct Peaks<'v> {
+    /// How far values reach where.
+    pub(crate) table: Arc<PeakTable>,
+    /// Where first local maxima are looked for: the frame with a level that no value reaches, for rays that have none.
+    pub(crate) to_the_end: Option<Box<Frame<'v>>>,
+}
+
 /// Everything a frame's blocks share.
 #[derive(Debug)]
 pub(crate) struct FramePlan<'v> {
@@ -68,7 +78,7 @@ pub(crate) struct FramePlan<'v> {
     /// What shows where, to pass over what does not; `None` where every fragment counts.
     pub(crate) skip_table: Option<Arc<SkipTable>>,
     /// How far values reach where, in projections of the largest or smallest value.
-    pub(crate) peaks: Option<Arc<PeakTable>>,
+    pub(crate) peaks: Option<Peaks<'v>>,
     /// Slices that are asked about together.
     pub(crate) runs: Runs,
     /// What it takes to make one slab of several, where that may be.
@@ -144,7 +154,13 @@ impl<'v> FramePlan<'v> {
             }
             None => (Some(kept.skip_table(&transfer, merged.as_deref(), &runs)), Some(transfer.bricks.share())),
         };
-        let peaks = needs.peaks(observed, domain.is_some()).then(|| kept.peak_table(needs.blend == BlendKind::Min, &runs));
+        let peaks = needs.peaks(observed, domain.is_some()).then(|| Peaks {
+            table: kept.peak_table(needs.blend == BlendKind::Min, &runs),
+            to_the_end: (needs.blend == BlendKind::Lmip).then(|| {
+                let blend = BlendFrame { level: f32::INFINITY, ..frame.blend.clone() };
+                Box::new(Frame { blend, ..frame.clone() })
+            }),
+        });
         let kernels = stages::Kernels {
             scene,
             needs: &needs,

@@ -128,7 +128,7 @@ impl Needs {
     /// Whether bricks are passed over that reach no farther than what pixels have seen: not where an observer looks on, in parts of a volume, and
     /// where numbers are positions in a table.
     pub(crate) fn peaks(&self, observed: bool, part: bool) -> bool {
-        matches!(self.blend, BlendKind::Max | BlendKind::Min) && !self.labels && !observed && !part && !LEAN
+        matches!(self.blend, BlendKind::Max | BlendKind::Min | BlendKind::Lmip) && !self.labels && !observed && !part && !LEAN
     }
 
     /// Whether slabs lie between two values, or surfaces between two slices.

@@ -5,10 +5,10 @@ use super::ray_intervals::RayIntervals;
 use crate::fragment::project::NOTHING;
 use crate::fragment::{Frame, Stage};
 use crate::lanes::{BATCH, Kernel, Lanes, Level, SIDE, row};
-use crate::plan::{EndPieces, FramePlan, Merging, PairStages};
+use crate::plan::{EndPieces, FramePlan, Merging, PairStages, Peaks};
 use crate::proxy::{Domain, Stack};
 use crate::scene::{Fog, Order};
-use crate::skip::{BoxClasses, BoxQuery, PeakTable, QueryBoxes, Runs, SkipTable, Windows};
+use crate::skip::{BoxClasses, BoxQuery, QueryBoxes, Runs, SkipTable, Windows};
 use std::ops::Range;
 
 /// A plan at work.
@@ -21,7 +21,7 @@ pub(crate) struct Work<'f, 'v> {
     pub(super) skip_table: Option<&'f SkipTable>,
     pub(super) runs: Runs,
     /// How far values reach where, in projections that go by that.
-    pub(super) peaks: Option<&'f PeakTable>,
+    pub(super) peaks: Option<&'f Peaks<'v>>,
     /// See [`OpenTo`].
     open_to: fn(&[f32; BATCH], &mut OpenTo),
     /// Asks about boxes of runs, and of coarse runs.
@@ -56,9 +56,9 @@ impl<'f, 'v> Work<'f, 'v> {
             order: plan.needs.order,
             skip_table: plan.skip_table.as_deref(),
             runs: plan.runs,
-            peaks: plan.peaks.as_deref(),
-            open_to: match plan.peaks.as_deref() {
-                Some(peaks) if peaks.falls => level.kernel::<Falling, _, _>(),
+            peaks: plan.peaks.as_ref(),
+            open_to: match &plan.peaks {
+                Some(peaks) if peaks.table.falls => level.kernel::<Falling, _, _>(),
                 _ => level.kernel::<Rising, _, _>(),
             },
             query: [level.kernel::<QueryBoxes<false>, _, _>(), level.kernel::<QueryBoxes<true>, _, _>()],

@@ -172,7 +172,10 @@ pub(super) fn saturation(background: &OverBackground, pixels: &[[f32; 4]]) -> Op
     }
     let share = full as f64 / shown.max(1) as f64;
     (share > SATURATED).then(|| {
-        format!("the picture saturates: sums of colours reach 1 in {:.0} % of its pixels (render.window = [center, width] spreads them)", 100.0 * share)
+        format!(
+            "the picture saturates: sums of colours reach 1 in {:.0} % of its pixels (render.window = [center, width] spreads them)",
+            100.0 * share
+        )
     })
 }
 

@@ -154,7 +154,9 @@ impl Shown {
             Blend::Surfaces => {
                 Some(Self::Crossings(scene.levels().iter().filter(|l| l.opacity() > 0.0).map(LevelSurface::level).collect()))
             }
-            Blend::Mip | Blend::AttenuatedMip { .. } | Blend::Lmip { .. } | Blend::Average => Some(Self::Ranges(bright(scene.transfer(), min, max))),
+            Blend::Mip | Blend::AttenuatedMip { .. } | Blend::Lmip { .. } | Blend::Average => {
+                Some(Self::Ranges(bright(scene.transfer(), min, max)))
+            }
             // Anything may be the least.
             Blend::Min => None,
         }

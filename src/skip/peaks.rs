@@ -86,7 +86,8 @@ mod tests {
     #[test]
     fn no_value_of_a_brick_is_beyond_its_bound() {
         let dims = [23, 14, 9];
-        let values: Vec<f32> = (0..dims.iter().product()).map(|i: usize| if i % 23 < 9 { -5.0 } else { ((i * 7919) % 991) as f32 * 0.37 - 100.0 }).collect();
+        let values: Vec<f32> =
+            (0..dims.iter().product()).map(|i: usize| if i % 23 < 9 { -5.0 } else { ((i * 7919) % 991) as f32 * 0.37 - 100.0 }).collect();
         let bricks = Bricks::new(&Voxels::F32(values.into()), dims);
         for falls in [false, true] {
             for gain in [1.0, -2.0] {

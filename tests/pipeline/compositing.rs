@@ -3,9 +3,7 @@
 use super::oracle::Oracle;
 use super::{PARALLEL, WIDE, cameras, constant, difference, fill, orbit, render, simple, smooth, telling};
 use glam::DVec3;
-use slicestack::scene::{
-    Blend, Camera, Classification, Method, Order, Placement, Projection, Slicing, Straight, TransferFunction,
-};
+use slicestack::scene::{Blend, Camera, Classification, Method, Order, Placement, Projection, Slicing, Straight, TransferFunction};
 use slicestack::volume::{BoxConvention, Grid};
 use slicestack::{Scene, Volume};
 
@@ -30,7 +28,9 @@ fn under_is_over_front_to_back_and_a_scalar_loop_in_both_orders() {
         }
     }
     // Far things hide near ones: an opaque far half is all that is seen.
-    let halves = Volume::new(Grid::with_spacing([4, 4, 8], [1.0; 3]).unwrap(), fill::<f32>([4, 4, 8], &|p| if p[2] > 0.0 { 1.0 } else { 0.0 })).unwrap();
+    let halves =
+        Volume::new(Grid::with_spacing([4, 4, 8], [1.0; 3]).unwrap(), fill::<f32>([4, 4, 8], &|p| if p[2] > 0.0 { 1.0 } else { 0.0 }))
+            .unwrap();
     let transfer = TransferFunction::new(vec![(0.0, [1.0, 0.0, 0.0]), (1.0, [0.0, 0.0, 1.0])], vec![(0.0, 0.9999)]).unwrap();
     let seen = |blend: Blend, order: Order| {
         let placement = Placement::LookAt { eye: DVec3::new(1.5, 1.5, -20.0), target: DVec3::new(1.5, 1.5, 0.0), up: DVec3::Y };
@@ -46,7 +46,13 @@ fn under_is_over_front_to_back_and_a_scalar_loop_in_both_orders() {
 
 #[test]
 fn attenuated_values_against_closed_forms() {
-    let camera = |eye: DVec3| Camera::new(Placement::LookAt { eye, target: DVec3::new(1.5, 1.5, 0.0), up: DVec3::Y }, Projection::Orthographic { height: Some(2.0) }).unwrap();
+    let camera = |eye: DVec3| {
+        Camera::new(
+            Placement::LookAt { eye, target: DVec3::new(1.5, 1.5, 0.0), up: DVec3::Y },
+            Projection::Orthographic { height: Some(2.0) },
+        )
+        .unwrap()
+    };
     let transfer = TransferFunction::new(vec![(0.0, [0.0; 3]), (1.0, [1.0, 0.5, 0.25])], vec![(0.0, 1.0)]).unwrap();
     let seen = |volume: &Volume, attenuation: f64, slices: u64, window: Option<[f64; 2]>| {
         let scene = scene(transfer.clone()).with_camera(camera(DVec3::new(1.5, 1.5, -100.0)));
@@ -89,7 +95,10 @@ fn sums_are_seen_through_their_window() {
     // What has no sum stays as it was, and a window of 0 to 1 is none.
     let plain = scene(telling(0.0, 1.0)).with_blend(Blend::Add).unwrap();
     let windowed = plain.clone().with_window(Some([0.5, 1.0])).unwrap();
-    assert!(difference(&render(&volume, &plain).0, &render(&volume, &windowed).0.pixels().iter().map(|p| p.map(f64::from)).collect::<Vec<_>>()) < 1e-7);
+    assert!(
+        difference(&render(&volume, &plain).0, &render(&volume, &windowed).0.pixels().iter().map(|p| p.map(f64::from)).collect::<Vec<_>>())
+            < 1e-7
+    );
 }
 
 #[test]

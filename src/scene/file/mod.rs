@@ -211,10 +211,7 @@ impl SceneFile {
         data.scene = d.camera.apply(&cx, data.scene, volume)?;
         if ready.is_some() {
             data.scene = d.light.apply(&d.lights, ready, &cx, data.scene)?;
-            if data.scene.lighting().is_none()
-                && !d.light.is_off()
-                && !data.scene.blend().projects_values()
-            {
+            if data.scene.lighting().is_none() && !d.light.is_off() && !data.scene.blend().projects_values() {
                 data.warnings
                     .push("the preset's light is left out: it does not go together with the scene's way to blend slices".to_owned());
             }

@@ -234,7 +234,10 @@ impl RenderKeys {
         let attenuated = kind == BlendKey::AttenuatedMip;
         cx.refuse(&[("render.attenuation", self.attenuation.is_some() && !attenuated)], "is for render.blend = \"attenuated-mip\" alone")?;
         let windowless = matches!(kind, BlendKey::Over | BlendKey::Under | BlendKey::Iso);
-        cx.refuse(&[("render.window", self.window.is_some() && windowless)], "is for render.blend = \"add\" and for projections of values")?;
+        cx.refuse(
+            &[("render.window", self.window.is_some() && windowless)],
+            "is for render.blend = \"add\" and for projections of values",
+        )?;
         let merge = scene.method().merge;
         cx.refuse(&[("slices.merge", merge && kind != BlendKey::Over)], "is for render.blend = \"over\" alone")?;
         let scene = scene.with_linear_light(self.linear_light == Some(true))?.with_hit(self.hit.map_or(Hit::Refined, Hit::from));

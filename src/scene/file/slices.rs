@@ -126,8 +126,7 @@ impl SliceKeys {
     pub(super) fn finish(&self, data: &mut Data<'_>) -> Result<()> {
         if !self.says_slices() && data.scene.opengl().is_none() {
             let scene = data.scene.clone();
-            let tolerant =
-                scene.blend().blends_colors().then(|| scene.clone().with_slices(Slicing::Tolerance(USUAL_TOLERANCE)));
+            let tolerant = scene.blend().blends_colors().then(|| scene.clone().with_slices(Slicing::Tolerance(USUAL_TOLERANCE)));
             data.scene = match tolerant {
                 Some(Ok(scene)) => scene,
                 _ => {

@@ -204,7 +204,9 @@ impl TransferKeys {
         let found = projected::window(data.volume, &view, blend)?;
         if let Some((_, [low, high])) = &found {
             let [from, to] = [*low, *high].map(|x| projected::short(x, high - low));
-            data.notes.push(format!("window {from} to {to}: what this projection shows (render.window or transfer.colormap with transfer.range: another)"));
+            data.notes.push(format!(
+                "window {from} to {to}: what this projection shows (render.window or transfer.colormap with transfer.range: another)"
+            ));
         }
         Ok(found.map(|(transfer, _)| (transfer, None)))
     }
