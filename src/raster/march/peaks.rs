@@ -177,9 +177,9 @@ mod tests {
     fn volumes() -> Vec<Volume> {
         let at = |i: usize| [i % DIMS[0], i / DIMS[0] % DIMS[1], i / (DIMS[0] * DIMS[1])];
         let bodies = |i: usize| {
-            let [x, y, z] = at(i).map(|n| n as f64);
+            let [x, y, z] = at(i);
             let noise = (i.wrapping_mul(2_654_435_761) >> 9) % 12;
-            if (0.4 * x).sin() * (0.3 * y).cos() * (0.35 * z).sin() > 0.5 { 180.0 + noise as f64 } else { noise as f64 + x / 3.0 }
+            (noise + if (x / 9 + y / 7 + z / 8) % 4 == 0 { 180 } else { x / 3 }) as f64
         };
         let all = 0..DIMS.iter().product::<usize>();
         let bytes: Vec<u8> = all.clone().map(|i| bodies(i) as u8).collect();

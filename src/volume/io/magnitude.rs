@@ -22,6 +22,8 @@ pub(super) fn read(path: &Path, reading: &Reading) -> Result<Volume> {
     }
     let mut plain = reading.clone();
     plain.choice.magnitude = false;
+    // Where several numbers may be several frames, asking for one tells.
+    plain.choice.channel = Some(0);
     let items = list(path, &plain)?;
     let count: usize = items.iter().filter(|item| item.part == Part::Channel).map(|item| item.count).sum();
     if count < 2 {
