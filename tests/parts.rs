@@ -16,9 +16,9 @@ use std::path::PathBuf;
 const DIMS: [usize; 3] = [5, 4, 3];
 const COUNT: usize = 60;
 
-/// A file of these bytes, in a folder of this test's own.
-fn file(name: &str, bytes: &[u8]) -> PathBuf {
-    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("parts");
+/// A file of these bytes, in the folder of one test.
+fn file(test: &str, name: &str, bytes: &[u8]) -> PathBuf {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("parts").join(test);
     std::fs::create_dir_all(&folder).unwrap();
     let path = folder.join(name);
     std::fs::write(&path, bytes).unwrap();
@@ -36,7 +36,7 @@ fn magnitude(i: usize) -> f64 {
 }
 
 /// The vectors in files of several formats, as 16-bit numbers and as text.
-fn files() -> Vec<PathBuf> {
+fn files(test: &str) -> Vec<PathBuf> {
     let words: Vec<u8> = (0..COUNT).flat_map(vector).flat_map(|x| (x as i16).to_le_bytes()).collect();
     let with = |header: &str| [header.as_bytes(), &words].concat();
     let nrrd =
@@ -64,17 +64,17 @@ fn files() -> Vec<PathBuf> {
          </ImageData>\n</VTKFile>\n"
     );
     vec![
-        file("flow.nrrd", &with(nrrd)),
-        file("flow.mha", &with(mha)),
-        file("flow.npy", &npy),
-        file("flow.vtk", vtk.as_bytes()),
-        file("flow.vti", vti.as_bytes()),
+        file(test, "flow.nrrd", &with(nrrd)),
+        file(test, "flow.mha", &with(mha)),
+        file(test, "flow.npy", &npy),
+        file(test, "flow.vtk", vtk.as_bytes()),
+        file(test, "flow.vti", vti.as_bytes()),
     ]
 }
 
 #[test]
 fn the_magnitude_of_vectors_in_every_format_that_has_them() {
-    for path in files() {
+    for path in files("magnitude") {
         let name = path.display();
         let reading = Reading::new().choice(Choice::new().magnitude());
         let volume = io::read_as(&path, &reading).unwrap_or_else(|e| panic!("{name}: {e}"));
@@ -105,11 +105,11 @@ fn the_magnitude_of_vectors_in_every_format_that_has_them() {
 fn what_has_no_magnitude_is_refused_in_one_line() {
     let mut header = b"NRRD0004\ntype: uchar\ndimension: 3\nsizes: 5 4 3\nencoding: raw\n\n".to_vec();
     header.extend(0..COUNT as u8);
-    let path = file("scalars.nrrd", &header);
+    let path = file("refused", "scalars.nrrd", &header);
     let line = io::read_as(&path, &Reading::new().choice(Choice::new().magnitude())).unwrap_err().to_string();
     assert!(line.contains("one number each") && line.contains("scalars.nrrd") && !line.contains('\n'), "{line}");
     let tight = Reading::new().choice(Choice::new().magnitude()).limits(Limits::new().voxel_bytes(8 * COUNT as u64 - 1));
-    let line = io::read_as(&files()[2], &tight).unwrap_err().to_string();
+    let line = io::read_as(&files("refused")[2], &tight).unwrap_err().to_string();
     assert!(line.contains("480"), "{line}");
     let text = "[volume]\npath = \"a.nrrd\"\nchannel = \"size\"\n";
     let line = SceneFile::parse(text, "", &Overrides::default()).unwrap_err().to_string();
