@@ -12,6 +12,7 @@ mod hidden_values;
 mod left_out;
 mod merging;
 mod needs;
+mod peaks;
 mod prepared;
 mod scaling;
 mod stages;
@@ -20,6 +21,7 @@ pub(crate) use crate::classify::KnotTable;
 pub(crate) use left_out::{Planned, Saving, passed_over};
 pub(crate) use merging::Merging;
 pub(crate) use needs::{EndPieces, Needs, method, order};
+pub(crate) use peaks::Peaks;
 pub(crate) use prepared::{MergedData, Prepared, SurfaceBricks, ThinnessData, TransferData, TransferKey, VolumeData, peak_classes};
 pub(crate) use scaling::Scaling;
 pub(crate) use stages::{PairStages, Stages};
@@ -34,7 +36,7 @@ use crate::fragment::{
 use crate::lanes::{Level, LookupTable};
 use crate::proxy::{Domain, Stack};
 use crate::scene::{Blend, Fog, FogDistance, SampleAt, Scene};
-use crate::skip::{PeakTable, Runs, SkipTable};
+use crate::skip::{Runs, SkipTable};
 use crate::volume::Volume;
 use hidden_values::hidden_up_to;
 use needs::{BlendKind, Lookup};
@@ -56,15 +58,6 @@ pub(crate) struct Subject<'s, 'v> {
     pub(crate) observed: bool,
     /// Where the volume is a part of a larger one: which.
     pub(crate) domain: Option<&'v Domain>,
-}
-
-/// What a frame needs to pass over bricks that cannot change a projection.
-#[derive(Debug)]
-pub(crate) struct Peaks<'v> {
-    /// How far values reach where.
-    pub(crate) table: Arc<PeakTable>,
-    /// Where first local maxima are looked for: the frame with a level that no value reaches, for rays that have none.
-    pub(crate) to_the_end: Option<Box<Frame<'v>>>,
 }
 
 /// Everything a frame's blocks share.
@@ -154,12 +147,12 @@ impl<'v> FramePlan<'v> {
             }
             None => (Some(kept.skip_table(&transfer, merged.as_deref(), &runs)), Some(transfer.bricks.share())),
         };
-        let peaks = needs.peaks(observed, domain.is_some()).then(|| Peaks {
-            table: kept.peak_table(needs.blend == BlendKind::Min, &runs),
-            to_the_end: (needs.blend == BlendKind::Lmip).then(|| {
+        let peaks = needs.peaks(observed, domain.is_some()).then(|| {
+            let to_the_end = (needs.blend == BlendKind::Lmip).then(|| {
                 let blend = BlendFrame { level: f32::INFINITY, ..frame.blend.clone() };
                 Box::new(Frame { blend, ..frame.clone() })
-            }),
+            });
+            Peaks::new(kept.peak_table(needs.blend == BlendKind::Min, &runs), to_the_end, scene.transfer(), &data.scaling)
         });
         let kernels = stages::Kernels {
             scene,

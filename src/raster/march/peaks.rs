@@ -4,7 +4,8 @@
 //!   runs of slices     2   7   3   9   9   1       9 first: a pixel that has seen more than 7 stands for needs no 7 and nothing lower; once
 //!   by class                       ^   ^           that holds for all pixels of the block all the rest is passed over
 //! ```
-//! The largest of some numbers is the same whatever order they come in, so the bytes are those of all slices one after the other.
+//! The largest of some numbers is the same whatever order they come in, so the bytes are those of all slices one after the other. Where the transfer
+//! function is flat at its ends it does not matter how large or small a value is: pixels that have seen one of those look no further.
 //!
 //! First local maxima at or above a threshold are looked for front to back. Runs that stay below it hold none: they are passed over unless a pixel waits for
 //! its values to fall. Pixels that have seen no value at the threshold then show their largest one, which is looked for as above.
@@ -96,7 +97,8 @@ impl<'f, 'v, W: Observer> March<'_, 'f, 'v, W> {
     /// Pixels of a search that a value up to `bound` may change.
     fn open(&self, search: Search<'f, 'v>, bound: f32) -> u64 {
         let seen = usize::from(search.peaks.to_the_end.is_some());
-        self.work.open_to(bound, &self.batch.pixels.color[seen]) & search.covered & self.unfinished()
+        let enough = search.peaks.enough(bound);
+        self.work.open_to(enough, &self.batch.pixels.color[seen]) & search.covered & self.unfinished()
     }
 
     /// The slices of the runs that are not done, those that reach highest first, by the numbers of `frame`.
@@ -202,7 +204,10 @@ mod tests {
         let mut saved = 0;
         for volume in volumes() {
             let (min, max) = (volume.statistics().min, volume.statistics().max);
-            let transfer = TransferFunction::new(vec![(min, [0.0, 0.5, 1.0]), (max, [1.0, 0.0, 0.2])], vec![(min, 1.0)]).unwrap();
+            let wide = TransferFunction::new(vec![(min, [0.0, 0.5, 1.0]), (max, [1.0, 0.0, 0.2])], vec![(min, 1.0)]).unwrap();
+            let at = |share: f64| min + share * (max - min);
+            let ends = vec![(at(0.3), [0.0, 0.5, 1.0]), (at(0.6), [1.0, 0.0, 0.2])];
+            let narrow = TransferFunction::new(ends, vec![(at(0.1), 0.0), (at(0.35), 0.0), (at(0.35), 0.4), (at(0.5), 0.9)]).unwrap();
             let level = |share: f64| Blend::Lmip { threshold: min + share * (max - min) };
             for blend in [Blend::Mip, Blend::Min, level(0.7), level(0.2), level(1.0), level(1.1), level(-0.1)] {
                 for (azimuth, zoom, projection, slices) in [
@@ -212,7 +217,9 @@ mod tests {
                     // More runs than are put in order together.
                     (60.0, 2.5, Projection::Perspective { fov_y: 30.0 }, 6000),
                 ] {
-                    for filter in [Filter::Linear, Filter::Nearest, Filter::CUBIC] {
+                    for (transfer, filter) in
+                        [(&wide, Filter::Linear), (&narrow, Filter::Linear), (&narrow, Filter::Nearest), (&wide, Filter::CUBIC)]
+                    {
                         let size = if slices > 1000 { (29, 27) } else { (93, 81) };
                         if slices > 1000 && filter != Filter::Linear {
                             continue;
