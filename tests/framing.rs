@@ -184,3 +184,28 @@ fn a_turntable_shows_all_in_every_frame_and_closes() {
     let fixed = Camera::new(Placement::LookAt { eye: DVec3::ZERO, target: DVec3::X, up: DVec3::Z }, PARALLEL).unwrap();
     assert!(scene(0.0, 0.0, PARALLEL).with_camera(fixed).turntable(&volume, 4, 1.0).is_err());
 }
+
+/// A ball of soft edges in k x 2k x 2k voxels of the same box, through a transfer function that is faint at the edge.
+fn ball(k: usize) -> Volume {
+    let at = |n: usize, count: usize| (2.0 * n as f64 + 1.0) / count as f64 - 1.0;
+    let square = |n: usize, count: usize| at(n, count) * at(n, count);
+    let voxels: Vec<u16> = (0..4 * k * k * k)
+        .map(|i| {
+            let r2 = square(i % k, k) + square(i / k % (2 * k), 2 * k) + square(i / (2 * k * k), 2 * k);
+            ((1.0 - r2).max(0.0) * 4000.0) as u16
+        })
+        .collect();
+    let spacing = 128.0 / k as f64;
+    Volume::new(Grid::with_spacing([k, 2 * k, 2 * k], [spacing; 3]).unwrap(), Voxels::U16(voxels.into())).unwrap()
+}
+
+#[test]
+fn one_object_is_framed_alike_at_every_resolution() {
+    let transfer = TransferFunction::new(vec![(0.0, [1.0; 3])], vec![(0.0, 0.0), (4000.0, 0.02)]).unwrap().with_unit(1.0).unwrap();
+    let found = [64, 96, 144].map(|k| {
+        let volume = ball(k);
+        let framed = scene(0.0, 0.0, PARALLEL).with_transfer(transfer.clone()).framed(&volume, 1.0);
+        framed.camera().resolve(volume.grid(), 60, 40).unwrap().scale
+    });
+    assert!(found.iter().all(|scale| (scale / found[0] - 1.0).abs() < 0.05), "{found:?}");
+}

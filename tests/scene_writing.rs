@@ -13,6 +13,7 @@ use slicestack::scene::{
     Region, SampleAt, SceneFile, SceneFormat, Scissor, Shading, Shape, SlabForm, Slicing, Straight, TableColors, Target, TemplatePlane,
     TextureFormat, Transfer2d, TransferFunction, Wrap, keys, write_scene,
 };
+use slicestack::volume::edit::CropBox;
 use slicestack::volume::io::{Choice, Endian, RawSpec};
 use slicestack::volume::phantom::Phantom;
 use slicestack::volume::{BoxConvention, Modality, Origin, VolumeSource, VoxelType};
@@ -290,12 +291,20 @@ fn random(seed: u64) -> Scene {
     s = tried(s, |s| s.with_linear_light(linear));
     let level = dice.number();
     let surface = |dice: &mut Dice| LevelSurface::new(dice.number(), dice.flip().then(|| dice.rgb()), dice.share()).unwrap();
-    s = match dice.below(12) {
+    let center = dice.number();
+    let width = dice.positive();
+    s = match dice.below(15) {
         _ if merged => s,
         0 => tried(s, |s| s.with_blend(Blend::Mip)),
         1 => tried(s, |s| s.with_blend(Blend::Min)),
         2 => tried(s, |s| s.with_blend(Blend::Average)),
         3 => tried(s, |s| s.with_blend(Blend::Add)),
+        10 => tried(s, |s| s.with_blend(Blend::Under)),
+        11 => {
+            let attenuation = dice.positive();
+            tried(s, |s| s.with_blend(Blend::AttenuatedMip { attenuation })?.with_window(dice.flip().then_some([center, width])))
+        }
+        12 => tried(s, |s| s.with_blend(Blend::Add)?.with_window(Some([center.abs() + 0.5 * width, width]))),
         4 => tried(s, |s| s.with_blend(Blend::Lmip { threshold: level })),
         5 => tried(s, |s| s.with_blend(Blend::Lmip { threshold: f64::MIN })),
         6 | 7 => tried(s, |s| s.with_blend(Blend::Iso { level })),
@@ -430,6 +439,12 @@ fn sources() -> Vec<VolumeSource> {
         VolumeSource::new(Origin::File("study".into()))
             .with_choice(Choice::new().series("1.2.840").array("a b").level(2).frame(3).channel(1)),
         VolumeSource::new(Origin::File("study".into())).with_choice(Choice::new().series("3")).with_modality(Modality::Other),
+        VolumeSource::new(Origin::File("flow.vti".into())).with_choice(Choice::new().magnitude()).with_crop(CropBox::Voxels([
+            0..3,
+            2..9,
+            1..2,
+        ])),
+        VolumeSource::new(Origin::Phantom(Phantom::Cloud, 16)).with_crop(CropBox::World([[-1.5, 2.25], [0.0, 1e-3], [-3.0, 7.0]])),
     ]
 }
 

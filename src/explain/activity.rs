@@ -57,7 +57,10 @@ pub(super) struct Activity {
 impl Activity {
     /// A activity of a scene blended this way.
     pub(super) fn new(blend: Blend) -> Self {
-        Self { hits: matches!(blend, Blend::Lmip { .. } | Blend::Iso { .. } | Blend::Surfaces), ..Self::default() }
+        Self {
+            hits: matches!(blend, Blend::AttenuatedMip { .. } | Blend::Lmip { .. } | Blend::Iso { .. } | Blend::Surfaces),
+            ..Self::default()
+        }
     }
 
     /// What happened at pixel (x,y); `None` where no slice covers it.

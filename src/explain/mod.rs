@@ -255,11 +255,11 @@ pub fn explain(volume: &Volume, scene: &Scene, settings: &Settings, request: &Re
     };
     let (scale, offset) = context.scale();
     // Light on surfaces and projections of values have no stages for these.
-    let sloped = scene.needs_gradient() && matches!(scene.blend(), Blend::Over | Blend::Add);
+    let sloped = scene.needs_gradient() && scene.blend().blends_colors();
     let sizes = records.iter().flat_map(|p| p.gradient.iter().flatten()).map(|g| g.exact.gradient.length());
     let by_gradient = if sloped { ByGradientRecord::new(&scene, volume, sizes.fold(0.0, f64::max)) } else { None };
     let plane = by_gradient.as_ref().map_or(Ok(None), |b| b.draw(scene.transfer2d()))?;
-    let lit = scene.lighting().filter(|_| matches!(scene.blend(), Blend::Over | Blend::Add));
+    let lit = scene.lighting().filter(|_| scene.blend().blends_colors());
     let record = Record {
         format: "slicestack explain 1",
         version: env!("CARGO_PKG_VERSION"),

@@ -133,10 +133,12 @@ impl SceneRecord {
         let parts = statistics.histogram.chunks(statistics.histogram.len().div_ceil(BINS));
         let (blend, level) = match scene.blend() {
             Blend::Over => ("over", None),
+            Blend::Under => ("under", None),
             Blend::Mip => ("mip", None),
             Blend::Min => ("min", None),
             Blend::Average => ("average", None),
             Blend::Add => ("add", None),
+            Blend::AttenuatedMip { .. } => ("attenuated-mip", None),
             Blend::Lmip { threshold } => ("lmip", Some(threshold)),
             Blend::Iso { level } if scene.surfaces().is_none() => ("iso", Some(level)),
             Blend::Iso { .. } | Blend::Surfaces => ("surfaces", None),

@@ -69,6 +69,8 @@ fn scenes() -> Vec<(&'static str, Volume, Scene)> {
         ("mip", head(), projected(Blend::Mip)),
         ("min", head(), projected(Blend::Min)),
         ("add", head(), projected(Blend::Add)),
+        ("under", head(), projected(Blend::Under).with_order(Order::BackToFront)),
+        ("attenuated-mip", head(), projected(Blend::AttenuatedMip { attenuation: 3.0 })),
         ("lmip", head(), projected(Blend::Lmip { threshold: 0.2 })),
         ("iso", head(), projected(Blend::Iso { level: 0.25 })),
         ("surfaces", head(), projected(Blend::Iso { level: 0.25 }).with_levels(shells()).unwrap()),

@@ -55,6 +55,19 @@ pub(crate) struct BlendFrame {
     pub(crate) level: f32,
 }
 
+/// What a projection of attenuated values needs.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct AttenuationFrame {
+    /// Number (see [`SampleFrame::to_f32`]) at which the window begins.
+    pub(crate) low: f32,
+    /// Windows in one such number.
+    pub(crate) per_unit: f32,
+    /// Attenuation by a whole slab of the window's largest value.
+    pub(crate) per_slab: f32,
+    /// Least value of the window and its width, in the data's units.
+    pub(crate) window: [f64; 2],
+}
+
 /// Fog in the numbers its stage uses.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct FogFrame {
@@ -90,4 +103,6 @@ pub(crate) struct Frame<'v> {
     pub(crate) pieces: Option<Box<PieceFrame<'v>>>,
     /// Where colours and opacities come from, where voxels are colours.
     pub(crate) colors: Option<Box<ColorSource<'v>>>,
+    /// How values fade behind others, where they do.
+    pub(crate) attenuation: Option<Box<AttenuationFrame>>,
 }

@@ -41,7 +41,7 @@ pub(crate) use colors::{ClassifyColors, ColorSource, FINE};
 pub(crate) use correct::{Correct, CorrectRiemann};
 pub(crate) use cubic::FetchCubic;
 pub(crate) use fetch::{FetchAny, FetchCorners, FetchNearest, FetchPacked8, FetchPacked16, FetchPairs8, FetchPairs16, FetchPairs32, Guard};
-pub(crate) use frame::{BlendFrame, ColorFrame, FogFrame, Frame, SampleFrame};
+pub(crate) use frame::{AttenuationFrame, BlendFrame, ColorFrame, FogFrame, Frame, SampleFrame};
 pub(crate) use gradient::GradientFrame;
 #[cfg(feature = "explain")]
 pub(crate) use gradient::index_of;
@@ -50,7 +50,7 @@ pub(crate) use labels::{FetchLabels, LabelFrame, LabelPiece};
 pub(crate) use light::LightingFrame;
 pub(crate) use pair::{BEHIND, ClassifyPair, KeepValue};
 pub(crate) use pieces::{CorrectPieces, DEEP, PieceFrame, classify_pieces};
-pub(crate) use project::{ProjectAdd, ProjectAverage, ProjectIso, ProjectLmip, ProjectMax, ProjectMin};
+pub(crate) use project::{ProjectAdd, ProjectAttenuated, ProjectAverage, ProjectIso, ProjectLmip, ProjectMax, ProjectMin};
 pub(crate) use rays::{RayBatch, TexcoordRays};
 pub(crate) use span::{Span, SpanPair};
 pub(crate) use surfaces::{BlendSurfaces, SurfaceFrame};

@@ -5,6 +5,7 @@
 
 use super::batch::Batch;
 use super::frame::Frame;
+use crate::lanes::math::exp_negative;
 use crate::lanes::{Kernel, Lanes, for_rows, row, row_mut, spread};
 
 /// Stored value of pixels that no fragment has reached: below every finite value.
@@ -18,6 +19,9 @@ pub(crate) struct ProjectMin;
 pub(crate) struct ProjectAverage;
 /// Sum of premultiplied slab colours and opacities, nothing hidden; the sum of opacities is in `transmittance`.
 pub(crate) struct ProjectAdd;
+/// Largest value, attenuated by those before it: n exp(-S), with n the value's place in the window; the second channel takes S. Pixels that no later
+/// value can outdo are finished.
+pub(crate) struct ProjectAttenuated;
 /// First local maximum at or above the level; the second channel keeps the largest value of all, for rays without one.
 pub(crate) struct ProjectLmip;
 /// First crossing of the level; the second channel takes its position in slices.
@@ -77,6 +81,42 @@ impl<'v> Kernel<Frame<'v>, Batch> for ProjectAdd {
                 L::store(L::add(L::load(sum), L::load(row(channel, r))), sum);
             }
         });
+    }
+}
+
+impl<'v> Kernel<Frame<'v>, Batch> for ProjectAttenuated {
+    #[inline(always)]
+    fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
+        let Some(by) = frame.attenuation.as_deref() else { return };
+        let (low, per_unit, per_slab) = (L::splat(by.low), L::splat(by.per_unit), L::splat(by.per_slab));
+        let (zero, one) = (L::splat(0.0), L::splat(1.0));
+        let slice = L::splat_i(batch.slice);
+        let mut alive = batch.pixels.alive & !spread(batch.rows);
+        for_rows!(batch.rows, r => {
+            let covered = L::from_bits((batch.mask >> (8 * r)) as u8);
+            let value = L::load(row(&batch.sample.value, r));
+            let left = L::load(row(&batch.pixels.transmittance, r));
+            let open = L::and(covered, L::lt(zero, left));
+            let [best, before, _] = &mut batch.pixels.color;
+            let (best, before) = (row_mut(best, r), row_mut(before, r));
+            let old = L::load(best);
+            let sum = L::load(before);
+            let place = L::min(L::max(L::mul(L::sub(value, low), per_unit), zero), one);
+            // Where nothing has been added yet, the factor is 1 to the bit.
+            let shown = L::mul(place, exp_negative::<L>(L::sub(zero, sum)));
+            let most = L::select(open, L::max(shown, old), old);
+            L::store(most, best);
+            let length = L::mul(per_slab, L::load(row(&batch.slab.length, r)));
+            let sum = L::select(open, L::add(sum, L::mul(length, place)), sum);
+            L::store(sum, before);
+            // No value to come is larger than the window's.
+            let done = L::le(exp_negative::<L>(L::sub(zero, sum)), most);
+            let left = L::select(done, zero, left);
+            L::store(left, row_mut(&mut batch.pixels.transmittance, r));
+            let more = L::gt_i(L::load_i(row(&batch.pixels.last, r)), slice);
+            alive |= u64::from(L::bits(L::and(L::lt(zero, left), more))) << (8 * r);
+        });
+        batch.pixels.alive = alive;
     }
 }
 

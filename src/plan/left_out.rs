@@ -131,7 +131,7 @@ pub(crate) fn planned(scene: &Scene, volume: &Volume, needs: &Needs, loads: Opti
         let why = if needs.order == Order::BackToFront { "the farthest slice comes first" } else { "terminate = 0" };
         add("early termination", why, Saving::Unknown);
     }
-    if !needs.skip {
+    if !needs.skip && !needs.peaks(false, false) {
         let stages = || OptionalStage::wanted(scene).find_map(|stage| (stage.option().shows_in_empty_space)(scene));
         let why = if colors { stages().unwrap_or("every fragment counts") } else { "every value counts in this projection" };
         add("skipping of empty space", why, Saving::Unknown);
@@ -177,11 +177,24 @@ fn without_slabs(stage: OptionalStage) -> &'static str {
 }
 
 /// Work that the picture passed over.
-pub(crate) fn passed_over(t: &Tally, visible_share: Option<f64>) -> Vec<LeftOut> {
+pub(crate) fn passed_over(t: &Tally, visible_share: Option<f64>, peaks: bool) -> Vec<LeftOut> {
     let all = t.batches + t.empty_batches + t.finished_batches + t.merged_batches;
     let share = visible_share.map_or(String::new(), |s| format!(" ({:.1} % of all bricks show)", 100.0 * s));
     let list = [
-        LeftOut::counted("empty batches", format!("nothing shows of the values in their bricks{share}"), (t.empty_batches, all), "batches"),
+        match peaks {
+            true => LeftOut::counted(
+                "batches of lesser values",
+                "no value in their bricks reaches farther than what their pixels have seen",
+                (t.empty_batches, all),
+                "batches",
+            ),
+            false => LeftOut::counted(
+                "empty batches",
+                format!("nothing shows of the values in their bricks{share}"),
+                (t.empty_batches, all),
+                "batches",
+            ),
+        },
         LeftOut::counted(
             "finished batches",
             "their pixels let no more light through, or have left the box",

@@ -14,6 +14,7 @@ mod left_out;
 mod lookup;
 mod merging;
 mod needs;
+mod peaks;
 mod prepared;
 mod rays;
 mod scaling;
@@ -24,7 +25,8 @@ pub(crate) use left_out::{Planned, Saving, passed_over};
 pub(crate) use lookup::PointLookup;
 pub(crate) use merging::Merging;
 pub(crate) use needs::{EndPieces, Needs, method, order};
-pub(crate) use prepared::{MergedData, Prepared, SurfaceBricks, ThinnessData, TransferData, TransferKey, VolumeData};
+pub(crate) use peaks::Peaks;
+pub(crate) use prepared::{MergedData, Prepared, SurfaceBricks, ThinnessData, TransferData, TransferKey, VolumeData, peak_classes};
 pub(crate) use rays::RayPlan;
 pub(crate) use scaling::Scaling;
 pub(crate) use stages::{PairStages, Stages};
@@ -33,7 +35,8 @@ pub(crate) use crate::classify::Detail;
 use crate::classify::{By, Classifier, Classify, KnotPiece, Measure, Slab};
 use crate::fragment::project::NOTHING;
 use crate::fragment::{
-    BlendFrame, ColorFrame, DEEP, Frame, LabelFrame, LabelPiece, Numbers, OptionalFrame, PieceFrame, SampleFrame, SurfaceFrame,
+    AttenuationFrame, BlendFrame, ColorFrame, DEEP, Frame, LabelFrame, LabelPiece, Numbers, OptionalFrame, PieceFrame, SampleFrame,
+    SurfaceFrame,
 };
 use crate::lanes::{Level, LookupTable};
 use crate::proxy::{Domain, RaySteps, Stack};
@@ -42,6 +45,7 @@ use crate::skip::{Runs, SkipTable};
 use crate::volume::Volume;
 use hidden_values::hidden_up_to;
 use needs::{BlendKind, Lookup};
+use scaling::value_range;
 use std::sync::Arc;
 
 /// What a plan is made for.
@@ -71,6 +75,8 @@ pub(crate) struct FramePlan<'v> {
     pub(crate) stages: Stages<'v>,
     /// What shows where, to pass over what does not; `None` where every fragment counts.
     pub(crate) skip_table: Option<Arc<SkipTable>>,
+    /// How far values reach where, in projections of the largest or smallest value.
+    pub(crate) peaks: Option<Peaks<'v>>,
     /// Slices that are asked about together.
     pub(crate) runs: Runs,
     /// What it takes to make one slab of several, where that may be.
@@ -141,6 +147,7 @@ impl<'v> FramePlan<'v> {
             surfaces: surfaces.as_ref().map(|s| Box::new(SurfaceFrame::new(s, scene, volume, &stack, |value| data.scaling.number(value)))),
             pieces: None,
             colors: colors::source((volume, data), transfer.alphas.as_ref(), scene, hidden),
+            attenuation: attenuation(scene, volume, data, &stack),
         };
         // Two more tables of that size would cost more than they save.
         needs.merge &= !matches!(&transfer.classifier, Classifier::Value(table) if table.is_finer());
@@ -154,6 +161,13 @@ impl<'v> FramePlan<'v> {
             }
             None => (Some(kept.skip_table(&transfer, merged.as_deref(), &runs)), Some(transfer.bricks.share())),
         };
+        let peaks = needs.peaks(observed, domain.is_some()).then(|| {
+            let to_the_end = (needs.blend == BlendKind::Lmip).then(|| {
+                let blend = BlendFrame { level: f32::INFINITY, ..frame.blend.clone() };
+                Box::new(Frame { blend, ..frame.clone() })
+            });
+            Peaks::new(kept.peak_table(needs.blend == BlendKind::Min, &runs), to_the_end, scene.transfer(), &data.scaling)
+        });
         let kernels = stages::Kernels {
             scene,
             needs: &needs,
@@ -179,6 +193,7 @@ impl<'v> FramePlan<'v> {
             merging: merged.map(|merged| Merging::new(&frame, &merged)),
             frame,
             skip_table,
+            peaks,
             runs,
             fog: scene.fog().filter(|_| needs.fog.is_some()).copied(),
             start: start_values(scene),
@@ -285,6 +300,28 @@ fn label_frame(table: &KnotTable, volume: &Volume) -> LabelFrame {
     LabelFrame { rescale: volume.rescale(), pieces: table.pieces().iter().map(piece).collect() }
 }
 
+/// How values fade behind others, where `scene` lets them.
+fn attenuation(scene: &Scene, volume: &Volume, data: &VolumeData, stack: &Stack) -> Option<Box<AttenuationFrame>> {
+    let Blend::AttenuatedMip { attenuation } = scene.blend() else { return None };
+    let (min, max) = data.bricks.range;
+    let (min, max) = if min <= max { value_range(volume, min, max) } else { (0.0, 0.0) };
+    let [low, width] = match scene.window() {
+        Some([center, width]) => [center - 0.5 * width, width],
+        None if max > min => [min, max - min],
+        // One value is the largest there is.
+        None => [min - 1.0, 1.0],
+    };
+    let grid = volume.grid();
+    let ((from, to), spacing) = (grid.index_bounds(), grid.spacing());
+    let longest = (0..3).map(|axis| (to[axis] - from[axis]) * spacing[axis].abs()).fold(0.0, f64::max);
+    Some(Box::new(AttenuationFrame {
+        low: data.scaling.number(low) as f32,
+        per_unit: (data.scaling.scale / width) as f32,
+        per_slab: if longest > 0.0 { (attenuation * (stack.spacing / longest)) as f32 } else { 0.0 },
+        window: [low, width],
+    }))
+}
+
 /// Threshold or level of a projection, as the number or the position that it is compared with.
 fn level_of(scene: &Scene, scaling: &Scaling, labels: Option<&LabelFrame>) -> f32 {
     match scene.blend() {
@@ -297,9 +334,9 @@ fn level_of(scene: &Scene, scaling: &Scaling, labels: Option<&LabelFrame>) -> f3
 pub(crate) fn start_values(scene: &Scene) -> [f32; 4] {
     match scene.blend() {
         _ if scene.surfaces().is_some() => [0.0, 0.0, 0.0, 1.0],
-        Blend::Over | Blend::Surfaces => [0.0, 0.0, 0.0, 1.0],
+        Blend::Over | Blend::Under | Blend::Surfaces => [0.0, 0.0, 0.0, 1.0],
         Blend::Add | Blend::Average => [0.0; 4],
-        Blend::Mip | Blend::Min => [NOTHING, 0.0, 0.0, 1.0],
+        Blend::Mip | Blend::Min | Blend::AttenuatedMip { .. } => [NOTHING, 0.0, 0.0, 1.0],
         Blend::Lmip { .. } | Blend::Iso { .. } => [NOTHING, NOTHING, 0.0, 1.0],
     }
 }

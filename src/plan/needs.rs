@@ -16,6 +16,8 @@ const LABELS: f64 = 16384.0;
 pub(crate) struct Needs {
     pub(crate) blend: BlendKind,
     pub(crate) order: Order,
+    /// Whether slices that come farthest first go under those behind them.
+    pub(crate) under: bool,
     /// Whether pixels end early.
     pub(crate) terminate: bool,
     /// Whether values may be NaN or infinite.
@@ -51,6 +53,7 @@ pub(crate) enum BlendKind {
     Max,
     Min,
     Average,
+    Attenuated,
     Lmip,
     Iso,
     Surfaces,
@@ -62,11 +65,12 @@ impl Needs {
     pub(crate) fn new(scene: &Scene, stack: &Stack, steps: Option<&RaySteps>, with_holes: bool, terminate: f32) -> Self {
         let surfaces = scene.surfaces().is_some() && !LEAN;
         let blend = match scene.blend() {
-            Blend::Over => BlendKind::Over,
+            Blend::Over | Blend::Under => BlendKind::Over,
             Blend::Add => BlendKind::Add,
             Blend::Mip => BlendKind::Max,
             Blend::Min => BlendKind::Min,
             Blend::Average => BlendKind::Average,
+            Blend::AttenuatedMip { .. } => BlendKind::Attenuated,
             Blend::Lmip { .. } => BlendKind::Lmip,
             Blend::Iso { .. } | Blend::Surfaces if surfaces => BlendKind::Surfaces,
             Blend::Iso { .. } | Blend::Surfaces => BlendKind::Iso,
@@ -92,6 +96,7 @@ impl Needs {
         Self {
             blend,
             order,
+            under: scene.blend() == Blend::Under,
             // Riemann's transmittance may pass below zero and come back.
             terminate: blend == BlendKind::Over && order == Order::FrontToBack && terminate > 0.0 && method.slab != SlabForm::Riemann,
             guard: with_holes,
@@ -123,6 +128,12 @@ impl Needs {
     /// Whether fragments become colours before they are blended.
     pub(crate) fn colors(&self) -> bool {
         matches!(self.blend, BlendKind::Over | BlendKind::Add)
+    }
+
+    /// Whether bricks are passed over that reach no farther than what pixels have seen: not where an observer looks on, in parts of a volume, and
+    /// where numbers are positions in a table.
+    pub(crate) fn peaks(&self, observed: bool, part: bool) -> bool {
+        matches!(self.blend, BlendKind::Max | BlendKind::Min | BlendKind::Lmip) && !self.labels && !observed && !part && !LEAN
     }
 
     /// Whether slabs lie between two values, or surfaces between two slices.
@@ -226,7 +237,7 @@ pub(crate) fn method(scene: &Scene) -> Method {
     let method = scene.method();
     match scene.blend() {
         // From back to front the transmittance before a slab is not known yet; and a stage may need every slab.
-        Blend::Over => {
+        Blend::Over | Blend::Under => {
             let fits = OptionalStage::wanted(scene).all(|stage| stage.option().merging == Fits::Yes);
             Method { merge: method.merge && fits && scene.blending_order() == Order::FrontToBack, ..method }
         }

@@ -7,7 +7,7 @@ use crate::classify::{By, ChangeClasses, Classifier, Classify, Measure, Slab, st
 use crate::lanes::LookupTable;
 use crate::proxy::Domain;
 use crate::scene::{Scene, Surfaces, Transfer2d, TransferFunction};
-use crate::skip::{BrickClasses, MERGED, Runs, SkipTable};
+use crate::skip::{BrickClasses, MERGED, PeakClasses, PeakTable, Runs, SkipTable};
 use crate::volume::bricks::Bricks;
 use crate::volume::packed::Packed;
 use crate::volume::spline::Coefficients;
@@ -207,6 +207,16 @@ pub(crate) trait Prepared {
 
     /// Which bricks may hold a place of `surfaces`, in windows for `runs`, and the share of bricks that may.
     fn surface_table(&mut self, surfaces: &Surfaces, runs: &Runs) -> (Arc<SkipTable>, f64);
+
+    /// How far bricks reach up, or down where a projection `falls`, in windows for `runs`.
+    fn peak_table(&mut self, falls: bool, runs: &Runs) -> Arc<PeakTable>;
+}
+
+/// How far the bricks of `data` reach up, or down where a projection `falls`.
+pub(crate) fn peak_classes(data: &VolumeData, falls: bool) -> PeakClasses {
+    let number = |stored: f64| data.scaling.to_f32.map_or(stored, |map| stored * map.gain - map.bias);
+    // A spline between equal coefficients is a sum of products, each rounded.
+    PeakClasses::new(&data.bricks, falls, data.coefficients.is_none(), number)
 }
 
 /// Which bricks may hold a place of some surfaces.

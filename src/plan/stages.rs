@@ -216,6 +216,7 @@ impl Kernels<'_> {
             BlendKind::Max => level.kernel::<ProjectMax, _, _>(),
             BlendKind::Min => level.kernel::<ProjectMin, _, _>(),
             BlendKind::Average => level.kernel::<ProjectAverage, _, _>(),
+            BlendKind::Attenuated => level.kernel::<ProjectAttenuated, _, _>(),
             BlendKind::Lmip => level.kernel::<ProjectLmip, _, _>(),
             BlendKind::Iso => level.kernel::<ProjectIso, _, _>(),
             BlendKind::Surfaces => level.kernel::<BlendSurfaces, _, _>(),
@@ -226,6 +227,7 @@ impl Kernels<'_> {
         match self.needs.order {
             Order::FrontToBack if self.needs.terminate => self.level.kernel::<BlendFront<S, true>, _, _>(),
             Order::FrontToBack => self.level.kernel::<BlendFront<S, false>, _, _>(),
+            Order::BackToFront if self.needs.under => self.level.kernel::<BlendFront<S, false>, _, _>(),
             Order::BackToFront => self.level.kernel::<BlendBack<S>, _, _>(),
         }
     }

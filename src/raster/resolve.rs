@@ -48,6 +48,8 @@ pub(crate) struct Resolve<'f> {
     labels: Option<&'f KnotTable>,
     /// Gathered averages are relative to this number.
     low: f64,
+    /// Where the window of sums or of attenuated values begins, and its width.
+    window: Option<[f64; 2]>,
 }
 
 impl<'f> Resolve<'f> {
@@ -56,7 +58,11 @@ impl<'f> Resolve<'f> {
         let transfer = scene.transfer();
         Self {
             // Surfaces are blended as they are met.
-            blend: if scene.surfaces().is_some() { Blend::Over } else { scene.blend() },
+            blend: match scene.blend() {
+                _ if scene.surfaces().is_some() => Blend::Over,
+                Blend::Under => Blend::Over,
+                other => other,
+            },
             compensated: plan.needs.compensated,
             transfer,
             surface: Surface { volume: plan.volume, stack: &plan.stack, transfer },
@@ -64,6 +70,10 @@ impl<'f> Resolve<'f> {
             offset: plan.data.scaling.offset,
             labels: plan.labels(),
             low: f64::from(plan.frame.color.low),
+            window: match &plan.frame.attenuation {
+                Some(attenuation) => Some(attenuation.window),
+                None => scene.window().map(|[center, width]| [center - 0.5 * width, width]),
+            },
         }
     }
 
@@ -128,12 +138,20 @@ impl<'f> Resolve<'f> {
     #[inline(always)]
     fn projected(&self, [c0, c1, c2]: [f32; 3], t: f32, x: usize, y: usize) -> Option<([f32; 4], f32)> {
         let front = match self.blend {
-            Blend::Over | Blend::Surfaces => return Some(([c0, c1, c2, t], 0.0)),
+            Blend::Over | Blend::Under | Blend::Surfaces => return Some(([c0, c1, c2, t], 0.0)),
             // `t` is the sum of opacities.
-            Blend::Add => return Some(through([c0.min(1.0), c1.min(1.0), c2.min(1.0)], t.min(1.0), 1.0 - t.min(1.0))),
+            Blend::Add => {
+                let [r, g, b, opacity] = [c0, c1, c2, t].map(|sum| self.of_sum(sum));
+                return Some(through([r, g, b], opacity, 1.0 - opacity));
+            }
             Blend::Mip | Blend::Min => self.shown(c0),
             Blend::Average if c1 > 0.0 => self.shown((f64::from(c0) / f64::from(c1) + self.low) as f32),
             Blend::Average => None,
+            // No pixel has gathered less than 0, where it has gathered anything.
+            Blend::AttenuatedMip { .. } => {
+                let [low, width] = self.window.unwrap_or([0.0, 1.0]);
+                (c0 >= 0.0).then(|| self.transfer.eval(low + f64::from(c0) * width))
+            }
             Blend::Lmip { .. } => self.shown(if t == 0.0 { c0 } else { c1 }),
             Blend::Iso { level } => (t == 0.0).then(|| self.surface.color(level, f64::from(c1), x, y)),
         };
@@ -141,6 +159,14 @@ impl<'f> Resolve<'f> {
             let p = color.premultiply();
             through(p.rgb.map(|c| c as f32), p.alpha as f32, (1.0 - p.alpha) as f32)
         })
+    }
+
+    /// What a sum of colours or opacities counts as, 0 to 1.
+    fn of_sum(&self, sum: f32) -> f32 {
+        match self.window {
+            None => sum.min(1.0),
+            Some([low, width]) => ((f64::from(sum) - low) / width).clamp(0.0, 1.0) as f32,
+        }
     }
 
     /// Colour of a gathered number, if there is one.

@@ -2,9 +2,10 @@
 
 use super::block_transform::BlockTransform;
 use super::ray_intervals::RayIntervals;
+use crate::fragment::project::NOTHING;
 use crate::fragment::{Frame, Stage};
 use crate::lanes::{BATCH, Kernel, Lanes, Level, SIDE, row};
-use crate::plan::{EndPieces, FramePlan, Merging, PairStages, RayPlan};
+use crate::plan::{EndPieces, FramePlan, Merging, PairStages, Peaks, RayPlan};
 use crate::proxy::{Domain, Stack};
 use crate::scene::{Fog, Order};
 use crate::skip::{BoxClasses, BoxQuery, QueryBoxes, Runs, SkipTable, Windows};
@@ -19,6 +20,10 @@ pub(crate) struct Work<'f, 'v> {
     pub(super) order: Order,
     pub(super) skip_table: Option<&'f SkipTable>,
     pub(super) runs: Runs,
+    /// How far values reach where, in projections that go by that.
+    pub(super) peaks: Option<&'f Peaks<'v>>,
+    /// See [`OpenTo`].
+    open_to: fn(&[f32; BATCH], &mut OpenTo),
     /// Asks about boxes of runs, and of coarse runs.
     query: [fn(&BoxQuery<'f>, &mut BoxClasses); 2],
     pub(super) span: Stage<'v>,
@@ -53,6 +58,11 @@ impl<'f, 'v> Work<'f, 'v> {
             order: plan.needs.order,
             skip_table: plan.skip_table.as_deref(),
             runs: plan.runs,
+            peaks: plan.peaks.as_ref(),
+            open_to: match &plan.peaks {
+                Some(peaks) if peaks.table.falls => level.kernel::<Falling, _, _>(),
+                _ => level.kernel::<Rising, _, _>(),
+            },
             query: [level.kernel::<QueryBoxes<false>, _, _>(), level.kernel::<QueryBoxes<true>, _, _>()],
             span: plan.stages.span,
             whole: &plan.stages.whole,
@@ -81,6 +91,13 @@ impl<'f, 'v> Work<'f, 'v> {
         self.stack.near + (k as f64 + 0.5 + self.sample) * self.stack.spacing
     }
 
+    /// The pixels, one bit each, that have seen nothing as large as `bound` yet; or as small, where smallest values are looked for.
+    pub(super) fn open_to(&self, bound: f32, seen: &[f32; BATCH]) -> u64 {
+        let mut open = OpenTo { bound, pixels: 0 };
+        (self.open_to)(seen, &mut open);
+        open.pixels
+    }
+
     /// Asks what `count` runs of `slices` slices can touch, the first of them from slice `first` on.
     pub(super) fn query_boxes(
         &self,
@@ -94,6 +111,38 @@ impl<'f, 'v> Work<'f, 'v> {
         let far = self.sampled(first + slices - 1);
         let query = transform.boxes(windows, (near, far), slices as f64 * self.stack.spacing, count);
         (self.query[usize::from(windows.holds_flags())])(&query, classes);
+    }
+}
+
+/// The pixels that a value up to a bound may change, one bit each.
+struct OpenTo {
+    bound: f32,
+    pixels: u64,
+}
+
+/// Those that look for their largest value.
+struct Rising;
+/// Those that look for their smallest value.
+struct Falling;
+
+impl Kernel<[f32; BATCH], OpenTo> for Rising {
+    #[inline(always)]
+    fn run<L: Lanes>(seen: &[f32; BATCH], open: &mut OpenTo) {
+        let bound = L::splat(open.bound);
+        open.pixels = (0..SIDE).fold(0, |bits, r| bits | u64::from(L::bits(L::lt(L::load(row(seen, r)), bound))) << (8 * r));
+    }
+}
+
+impl Kernel<[f32; BATCH], OpenTo> for Falling {
+    #[inline(always)]
+    fn run<L: Lanes>(seen: &[f32; BATCH], open: &mut OpenTo) {
+        let (bound, nothing) = (L::splat(open.bound), L::splat(NOTHING));
+        open.pixels = 0;
+        for r in 0..SIDE {
+            let seen = L::load(row(seen, r));
+            let bits = L::bits(L::lt(bound, seen)) | L::bits(L::le(seen, nothing));
+            open.pixels |= u64::from(bits) << (8 * r);
+        }
     }
 }
 

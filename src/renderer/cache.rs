@@ -2,10 +2,10 @@
 
 use super::job::Clock;
 use crate::opengl::{Texture, TextureKey};
-use crate::plan::{MergedData, Prepared, SurfaceBricks, ThinnessData, TransferData, TransferKey, VolumeData};
+use crate::plan::{MergedData, Prepared, SurfaceBricks, ThinnessData, TransferData, TransferKey, VolumeData, peak_classes};
 use crate::proxy::Domain;
 use crate::scene::{Filter, Surfaces};
-use crate::skip::{Runs, SkipTable};
+use crate::skip::{PeakClasses, PeakTable, Runs, SkipTable};
 use crate::volume::OpacityFrom;
 use crate::volume::Volume;
 use crate::volume::spline::Coefficients;
@@ -31,6 +31,8 @@ pub(super) struct Cache {
     entries: Vec<Entry>,
     /// Of the latest level surfaces.
     pub(super) surfaces: Option<SurfaceEntry>,
+    /// Of the latest projection of the largest or smallest value.
+    pub(super) peaks: Option<PeakEntry>,
     /// The profile opengl's texture, and what it was made for.
     pub(super) texture: Option<(TextureKey, Texture)>,
 }
@@ -42,6 +44,12 @@ pub(super) struct Entry {
     thinness: Option<Arc<ThinnessData>>,
     /// Of plain slabs, and of merged ones.
     skip_tables: [Option<Arc<SkipTable>>; 2],
+}
+
+/// How far bricks reach, and the table of the latest view.
+pub(super) struct PeakEntry {
+    classes: PeakClasses,
+    table: Option<Arc<PeakTable>>,
 }
 
 /// Bricks that hold some levels, and their skip table of the latest view.
@@ -74,6 +82,7 @@ impl Cache {
             // A spline's values have another range.
             self.entries.clear();
             self.surfaces = None;
+            self.peaks = None;
             self.filter = filter;
         }
         let Some(prefilter) = filter else {
@@ -99,9 +108,9 @@ impl Cache {
     }
 
     /// What [`Cache::volume_data`] gave last, and the tables made from it.
-    pub(super) fn kept(&mut self) -> (Option<&VolumeData>, &mut Vec<Entry>, &mut Option<SurfaceEntry>) {
+    pub(super) fn kept(&mut self) -> (Option<&VolumeData>, KeptTables<'_>) {
         let data = if self.filter.is_some() { self.spline.as_ref().map(|s| &*s.1) } else { self.volume.as_deref() };
-        (data, &mut self.entries, &mut self.surfaces)
+        (data, KeptTables { entries: &mut self.entries, surfaces: &mut self.surfaces, peaks: &mut self.peaks })
     }
 
     /// Voxels whose colours leave 0 to 1, as far as they have been counted.
@@ -116,14 +125,21 @@ impl Cache {
 
     /// The cache as a plan sees it, of `volume` and its `data`; what is made goes by `clock`.
     pub(super) fn keeper<'k>(&'k mut self, volume: &'k Volume, data: &'k VolumeData, clock: &'k mut Clock) -> Keeper<'k> {
-        Keeper { entries: &mut self.entries, surfaces: &mut self.surfaces, volume, data, clock }
+        let tables = KeptTables { entries: &mut self.entries, surfaces: &mut self.surfaces, peaks: &mut self.peaks };
+        Keeper { tables, volume, data, clock }
     }
+}
+
+/// What is kept of tables.
+pub(super) struct KeptTables<'k> {
+    entries: &'k mut Vec<Entry>,
+    surfaces: &'k mut Option<SurfaceEntry>,
+    peaks: &'k mut Option<PeakEntry>,
 }
 
 /// See [`Cache::keeper`].
 pub(super) struct Keeper<'k> {
-    pub(super) entries: &'k mut Vec<Entry>,
-    pub(super) surfaces: &'k mut Option<SurfaceEntry>,
+    pub(super) tables: KeptTables<'k>,
     pub(super) volume: &'k Volume,
     pub(super) data: &'k VolumeData,
     pub(super) clock: &'k mut Clock,
@@ -131,13 +147,13 @@ pub(super) struct Keeper<'k> {
 
 impl Keeper<'_> {
     fn entry(&mut self, data: &TransferData) -> Option<&mut Entry> {
-        self.entries.iter_mut().find(|e| e.data.key == data.key)
+        self.tables.entries.iter_mut().find(|e| e.data.key == data.key)
     }
 }
 
 impl Prepared for Keeper<'_> {
     fn transfer(&mut self, key: TransferKey) -> Arc<TransferData> {
-        let list = &mut *self.entries;
+        let list = &mut *self.tables.entries;
         list.retain(|e| e.data.key.transfer == key.transfer && e.data.key.transfer2d == key.transfer2d);
         let at = list.iter().position(|e| e.data.key == key).unwrap_or_else(|| {
             let others = list.iter().map(|e| &*e.data);
@@ -187,7 +203,7 @@ impl Prepared for Keeper<'_> {
     }
 
     fn surface_table(&mut self, surfaces: &Surfaces, runs: &Runs) -> (Arc<SkipTable>, f64) {
-        let kept = self.surfaces.take().filter(|entry| entry.bricks.surfaces == *surfaces);
+        let kept = self.tables.surfaces.take().filter(|entry| entry.bricks.surfaces == *surfaces);
         let make = || SurfaceEntry {
             bricks: self.clock.prepare(|| SurfaceBricks::new(surfaces, self.volume, &self.data.bricks)),
             skip_table: None,
@@ -197,7 +213,18 @@ impl Prepared for Keeper<'_> {
         let table = kept.unwrap_or_else(|| Arc::new(SkipTable::new(&entry.bricks.classes, runs.sides)));
         entry.skip_table = Some(Arc::clone(&table));
         let share = entry.bricks.classes.share();
-        *self.surfaces = Some(entry);
+        *self.tables.surfaces = Some(entry);
         (table, share)
+    }
+
+    fn peak_table(&mut self, falls: bool, runs: &Runs) -> Arc<PeakTable> {
+        let kept = self.tables.peaks.take().filter(|entry| entry.classes.falls == falls);
+        let make = || PeakEntry { classes: self.clock.prepare(|| peak_classes(self.data, falls)), table: None };
+        let mut entry = kept.unwrap_or_else(make);
+        let kept = entry.table.take().filter(|table| table.sides() == runs.sides[0]);
+        let table = kept.unwrap_or_else(|| Arc::new(entry.classes.table(runs.sides)));
+        entry.table = Some(Arc::clone(&table));
+        *self.tables.peaks = Some(entry);
+        table
     }
 }

@@ -65,8 +65,8 @@ impl OverBackground {
         let [r, g, b] = rgb.map(|c| c as f32);
         let literal = has_literal_fog(scene);
         let most = match scene.blend() {
-            Blend::Over if method.slab != SlabForm::Exponential => Most::Unbounded,
-            Blend::Over if !literal => Most::Bounded(1.0),
+            Blend::Over | Blend::Under if method.slab != SlabForm::Exponential => Most::Unbounded,
+            Blend::Over | Blend::Under if !literal => Most::Bounded(1.0),
             _ => Most::Bounded(f32::INFINITY),
         };
         let background = [r, g, b, alpha as f32];
@@ -156,6 +156,27 @@ fn fogged(color: Straight, fog: &Fog) -> Straight {
     let f = fog.factor(f64::MAX);
     let rgb = array::from_fn(|c| f * color.rgb[c] + (1.0 - f) * fog.color()[c]);
     Straight { rgb, alpha: color.alpha }
+}
+
+/// Share of the pixels that show something from which on a picture of sums counts as saturated.
+const SATURATED: f64 = 0.05;
+
+/// A warning where many of the pixels that show something have a sum of colours that ends at 1.
+pub(super) fn saturation(background: &OverBackground, pixels: &[[f32; 4]]) -> Option<String> {
+    let nothing = background.nothing();
+    let (mut shown, mut full) = (0u64, 0u64);
+    for pixel in pixels.iter().filter(|&&pixel| pixel != nothing) {
+        shown += 1;
+        // Over a component of 1 every sum looks full.
+        full += u64::from((0..3).any(|c| pixel[c] >= 1.0 && nothing[c] < 1.0));
+    }
+    let share = full as f64 / shown.max(1) as f64;
+    (share > SATURATED).then(|| {
+        format!(
+            "the picture saturates: sums of colours reach 1 in {:.0} % of its pixels (render.window = [center, width] spreads them)",
+            100.0 * share
+        )
+    })
 }
 
 /// What the user should hear about a picture, one line each: first what the backend has to say.

@@ -34,6 +34,8 @@ pub(super) struct FrameResult {
     pub(super) method: Method,
     /// Share of the bricks in which anything shows, where empty ones are passed over.
     pub(super) visible_share: Option<f64>,
+    /// Whether bricks are passed over by how far their values reach.
+    pub(super) peaks: bool,
 }
 
 impl FrameResult {
@@ -58,7 +60,7 @@ impl FrameResult {
     pub(super) fn left_out(&mut self) -> Vec<LeftOut> {
         let tally = self.tally();
         let planned = std::mem::take(&mut self.planned).into_iter();
-        planned.map(|p| p.counted(&self.counters)).chain(passed_over(&tally, self.visible_share)).collect()
+        planned.map(|p| p.counted(&self.counters)).chain(passed_over(&tally, self.visible_share, self.peaks)).collect()
     }
 }
 

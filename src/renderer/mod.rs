@@ -279,6 +279,9 @@ impl Renderer {
                 self.in_slices(job, count, pixels)?
             }
         };
+        if job.scene.blend() == Blend::Add && job.scene.window().is_none() {
+            warnings.extend(finish::saturation(&finish::OverBackground::new(job.scene, &done.method), pixels));
+        }
         Ok(Drawn {
             slices: done.slices,
             method: done.method,
@@ -317,7 +320,8 @@ fn doubt(blend: Blend) -> Option<&'static str> {
     match blend {
         Blend::Iso { .. } | Blend::Surfaces => Some("with the blend iso a pixel jumps from one surface to another"),
         Blend::Lmip { .. } => Some("with the blend lmip a pixel jumps from one surface to another"),
-        Blend::Add | Blend::Over | Blend::Mip | Blend::Min | Blend::Average => None,
+        Blend::AttenuatedMip { .. } => Some("with the blend attenuated-mip a pixel jumps from one value to another"),
+        Blend::Add | Blend::Over | Blend::Under | Blend::Mip | Blend::Min | Blend::Average => None,
     }
 }
 

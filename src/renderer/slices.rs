@@ -74,8 +74,8 @@ impl Renderer {
             Output::Picture => self.execute(job, &plan, blocks, &OverBackground::new(scene, &plan.needs.method), pixels)?,
             Output::Layer => self.execute(job, &plan, blocks, &AsLayer, pixels)?,
         };
-        let visible_share = plan.visible_share;
-        Ok(FrameResult { counters, frames: 1, slices: plan.stack.count, planned, method: scene.method(), visible_share })
+        let (visible_share, peaks) = (plan.visible_share, plan.peaks.is_some());
+        Ok(FrameResult { counters, frames: 1, slices: plan.stack.count, planned, method: scene.method(), visible_share, peaks })
     }
 
     /// Executes `plan`.
@@ -112,7 +112,7 @@ impl Renderer {
         let mut clock = super::job::Clock::default();
         let lookups = (scene.method().filter, scene.color_opacity(&self.volume), self.settings.limits.voxel_bytes);
         self.cache.volume_data(&self.volume, lookups, None, &mut clock).ok()?;
-        let (data, entries, surfaces) = self.cache.kept();
+        let (data, tables) = self.cache.kept();
         let data = data?;
         let subject = Subject {
             scene,
@@ -125,7 +125,7 @@ impl Renderer {
             observed: true,
             domain: None,
         };
-        let mut keeper = super::cache::Keeper { entries, surfaces, volume: &self.volume, data, clock: &mut clock };
+        let mut keeper = super::cache::Keeper { tables, volume: &self.volume, data, clock: &mut clock };
         Some(FramePlan::new(subject, &mut keeper))
     }
 }

@@ -129,6 +129,11 @@ impl Algorithm {
                 "rays are followed from the eye on; choose front-to-back",
             ),
             (chance && blend != Blend::Over, "render blend", "what a game pays is the colour of one sample; choose over"),
+            (
+                matches!(blend, Blend::Under | Blend::AttenuatedMip { .. }),
+                "render blend",
+                "it depends on the order of slices, and rays are followed from the eye on; choose another",
+            ),
             (surfaces && !grid && self != Self::Rays, "render blend", "surfaces lie between samples at equal steps; choose rays"),
             (surfaces && grid && scene.hit() != Hit::FirstSample, "render hit", "there are values at voxels alone; choose first-sample"),
             (literal && (grid || chance), "fog weighting", "a sample without opacity is none; choose alpha"),

@@ -57,11 +57,12 @@ impl Scene {
         let method = self.method();
         let needs_values = "needs one number a voxel, and these voxels are colours";
         let blend = match self.blend() {
-            Blend::Over | Blend::Add => None,
+            Blend::Over | Blend::Under | Blend::Add => None,
             Blend::Mip => Some("mip"),
             Blend::Min => Some("min"),
             Blend::Average => Some("average"),
             Blend::Lmip { .. } => Some("lmip"),
+            Blend::AttenuatedMip { .. } => Some("attenuated-mip"),
             Blend::Iso { .. } | Blend::Surfaces => Some("iso"),
         };
         if let Some(blend) = blend {

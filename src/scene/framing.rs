@@ -20,8 +20,12 @@ use glam::{DAffine3, DVec3};
 /// Share of the picture's width or height that is filled.
 const FILLED: f64 = 0.94;
 
-/// Opacity of a brick's length from which on it counts as seen.
+/// Opacity of a brick's length, or of a longer piece in large volumes (see [`USUAL`]), from which on values count as seen.
 const SEEN: f64 = 0.05;
+
+/// Voxels along the longest side up to which [`SEEN`] goes by a brick's length; in larger volumes it goes by as large a share of the box as that
+/// is of this one, a thirty-second.
+const USUAL: f64 = 128.0;
 
 /// A brick with fewer bricks around it that show something counts as noise.
 const COMPANY: usize = 3;
@@ -142,14 +146,16 @@ impl Shown {
             return None;
         }
         match scene.blend() {
-            Blend::Over | Blend::Add => {
+            Blend::Over | Blend::Under | Blend::Add => {
                 let by_value = match scene.transfer2d() {
                     _ if scene.color_opacity(volume) == Some(OpacityFrom::Alpha) => scene.transfer().with_own_alpha(),
                     Some(transfer) => transfer.shown(min, max).ok()?,
                     None => scene.transfer().clone(),
                 };
                 // 1 - (1 - a)^(length / unit) = SEEN, solved for a.
-                let slabs = BRICK as f64 * grid.smallest_spacing() / scene.opacity_length(grid);
+                let most = grid.dims().into_iter().max().unwrap_or(1) as f64;
+                let cells = BRICK as f64 * f64::max(1.0, most / USUAL);
+                let slabs = cells * grid.smallest_spacing() / scene.opacity_length(grid);
                 let least = -libm::expm1(libm::log1p(-SEEN) / slabs);
                 Some(Self::Ranges(ranges_above(by_value.opacity(), least.clamp(f64::MIN_POSITIVE, 1.0), |a| a)))
             }
@@ -157,7 +163,9 @@ impl Shown {
             Blend::Surfaces => {
                 Some(Self::Crossings(scene.levels().iter().filter(|l| l.opacity() > 0.0).map(LevelSurface::level).collect()))
             }
-            Blend::Mip | Blend::Lmip { .. } | Blend::Average => Some(Self::Ranges(bright(scene.transfer(), min, max))),
+            Blend::Mip | Blend::AttenuatedMip { .. } | Blend::Lmip { .. } | Blend::Average => {
+                Some(Self::Ranges(bright(scene.transfer(), min, max)))
+            }
             // Anything may be the least.
             Blend::Min => None,
         }

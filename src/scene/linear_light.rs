@@ -4,7 +4,7 @@
 //! as they are, as OpenGL 1.x and other renderers do, unless a scene asks for [`Scene::with_linear_light`]: then they are turned into amounts
 //! of light first, blended as such, and the picture's colours are turned back.
 
-use super::{Scene, Straight};
+use super::{Blend, Order, Scene, Straight};
 
 /// How the numbers of a scene's colours are meant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -34,11 +34,14 @@ impl Scene {
         self.colors != ColorNumbers::Display
     }
 
-    /// The scene as it is blended: its colours are amounts of light where it asks for that. Points of the transfer function are converted;
-    /// between them it is linear in light.
+    /// The scene as it is blended: its colours are amounts of light where it asks for that, and under is over where it comes to the same. Points of the
+    /// transfer function are converted; between them it is linear in light.
     #[must_use]
     pub(crate) fn blended(&self) -> Self {
         let mut scene = self.clone();
+        if scene.blend == Blend::Under && scene.blending_order() == Order::FrontToBack {
+            scene.blend = Blend::Over;
+        }
         if self.colors == ColorNumbers::ToBeLinear {
             scene.colors = ColorNumbers::Linear;
             scene.transfer = self.transfer.with_colors(|rgb| rgb.map(to_linear));

@@ -107,15 +107,32 @@ pub enum Blend {
     /// Emission and absorption: premultiplied over.
     #[default]
     Over,
+    /// Each next slice goes under what its pixel has gathered: C += T c, T *= 1 - a, in the scene's own [`Order`] (Porter and Duff 1984). Front to back
+    /// that is [`Blend::Over`]. Back to front far things hide near ones, and the object looks as if seen from behind through its own front: what comes
+    /// of taking the one order with the other order's operator.
+    Under,
     /// Colour of the largest value on the ray (maximum intensity projection).
     Mip,
     /// Colour of the smallest value on the ray.
     Min,
     /// Colour of the mean value on the ray, weighted by length.
     Average,
-    /// Sum of premultiplied slab colours, nothing hidden; the opacity ends at 1.
+    /// Sum of premultiplied slab colours, nothing hidden. Colours and opacity end at 1 each: where more adds up a picture is flat white, unless
+    /// [`Scene::with_window`] tells which sums are black and white.
     Add,
-    /// Colour of the first local maximum at or above a threshold (in the data's units); without one, of the largest value.
+    /// Colour of the largest value after attenuation: in front of a value v lie others, and it counts as n(v) exp(-attenuation S), where n is 0 to 1
+    /// over [`Scene::window`] (over the data's range, unless given), and S the sum over the slices before of n times the length of ray that each
+    /// stands for, in lengths of the box's longest side. The largest of those, as a value of the window again, is shown. Near things stand out from
+    /// far ones as bright. As in napari and vispy, whose lengths are steps along the ray
+    /// (`_ATTENUATED_MIP_SNIPPETS` in vispy's `visuals/volume.py`).
+    AttenuatedMip {
+        /// How fast values fade behind others, per longest side of the box full of the window's largest value; 0, as [`Blend::Mip`] within the window, and up.
+        attenuation: f64,
+    },
+    /// Colour of the first local maximum at or above a threshold (in the data's units); without one, of the largest value (Sato et al. 1998).
+    ///
+    /// Along the slices of a ray, a run of equal values is one maximum where the values before it and behind it are smaller; the ends of the ray count as
+    /// smaller. Values that are none (NaN, infinite) are passed over as if they were not there.
     Lmip {
         /// Values below this never stop a ray.
         threshold: f64,
@@ -132,7 +149,12 @@ pub enum Blend {
 impl Blend {
     /// Whether values of a ray are compared or averaged, and one of them becomes the pixel's colour.
     pub(crate) fn projects_values(self) -> bool {
-        !matches!(self, Self::Over | Self::Add | Self::Iso { .. } | Self::Surfaces)
+        !matches!(self, Self::Over | Self::Under | Self::Add | Self::Iso { .. } | Self::Surfaces)
+    }
+
+    /// Whether slabs become colours, which are blended slice by slice.
+    pub(crate) fn blends_colors(self) -> bool {
+        matches!(self, Self::Over | Self::Under | Self::Add)
     }
 }
 
@@ -161,6 +183,7 @@ pub struct Scene {
     clip_planes: Vec<ClipPlane>,
     cuts: Vec<CutPlane>,
     blend: Blend,
+    window: Option<[f64; 2]>,
     levels: Vec<LevelSurface>,
     hit: Hit,
     flat_surfaces: bool,
@@ -192,6 +215,7 @@ impl Scene {
             clip_planes: Vec::new(),
             cuts: Vec::new(),
             blend: Blend::Over,
+            window: None,
             levels: Vec::new(),
             hit: Hit::default(),
             flat_surfaces: false,
@@ -378,17 +402,41 @@ impl Scene {
     /// The scene blended another way.
     ///
     /// # Errors
-    /// [`Error::Invalid`] when a level or threshold is not finite, and for [`Blend::Surfaces`] without [`Scene::with_levels`].
+    /// [`Error::Invalid`] when a level or threshold is not finite or an attenuation not 0 and up, and for [`Blend::Surfaces`] without
+    /// [`Scene::with_levels`]; together with a [`Scene::with_window`] that the blend does not have.
     pub fn with_blend(mut self, blend: Blend) -> Result<Self> {
         if let Blend::Lmip { threshold: x } | Blend::Iso { level: x } = blend {
             if !x.is_finite() {
                 return Err(Error::invalid(format!("render level {x}: must be finite")));
             }
         }
+        if let Blend::AttenuatedMip { attenuation: x } = blend {
+            if !(x >= 0.0 && x.is_finite()) {
+                return Err(Error::invalid(format!("render attenuation {x}: must be finite, 0 or more")));
+            }
+        }
         if blend == Blend::Surfaces && self.levels.is_empty() {
             return Err(Error::invalid("render levels: none are given"));
         }
         self.blend = blend;
+        self.agreed()
+    }
+
+    /// The scene with another window, `[center, width]`; or without one.
+    ///
+    /// Of [`Blend::Add`]: sums of colour and of opacity become `(sum - (center - width / 2)) / width`, clamped to 0 and 1, each component on its own.
+    /// Of [`Blend::AttenuatedMip`]: the values (in the data's units) that count as 0 and 1.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for numbers that are not finite, for a width that is not positive, for other blends, and where the window of sums begins below
+    /// 0, so that nothing at all would have a colour.
+    pub fn with_window(mut self, window: Option<[f64; 2]>) -> Result<Self> {
+        if let Some([center, width]) = window {
+            if !(center.is_finite() && width.is_finite() && width > 0.0) {
+                return Err(Error::invalid(format!("render window [{center}, {width}]: a finite center and a positive width are needed")));
+            }
+        }
+        self.window = window;
         self.agreed()
     }
 
@@ -473,7 +521,20 @@ impl Scene {
         }
         self.algorithm.check_with(&self)?;
         self.rays_agree()?;
+        match (self.window, self.blend) {
+            (Some([center, width]), Blend::Add) if center < 0.5 * width => {
+                let first = center - 0.5 * width;
+                return Err(Error::invalid(format!("render window [{center}, {width}]: begins at {first}; sums of colours begin at 0")));
+            }
+            (None, _) | (Some(_), Blend::Add | Blend::AttenuatedMip { .. }) => {}
+            (Some(_), _) => return Err(Error::invalid("render window: is for the blends add and attenuated-mip")),
+        }
         let m = &self.method;
+        if self.blend == Blend::Under && self.order == Order::BackToFront && m.is_pre_integrated() {
+            return Err(Error::invalid(
+                "render blend under: pre-integrated slabs are blended front to back, where under is over; choose another classification or order",
+            ));
+        }
         if m.filter.is_cubic() && matches!(self.blend, Blend::Iso { .. } | Blend::Surfaces) {
             return Err(Error::invalid("render filter cubic: level surfaces (render blend iso) are those of linear interpolation"));
         }
@@ -582,7 +643,8 @@ impl Scene {
     /// rays meet them, so for them it is front to back whatever the scene asks for. Sums ([`Blend::Add`]) do not depend on the
     /// order; they are front to back too.
     pub fn blending_order(&self) -> Order {
-        if self.blend == Blend::Over && !self.method.is_pre_integrated() { self.order } else { Order::FrontToBack }
+        let ordered = matches!(self.blend, Blend::Over | Blend::Under) && !self.method.is_pre_integrated();
+        if ordered { self.order } else { Order::FrontToBack }
     }
 
     /// Transmittance below which a pixel is finished; 0 = never.
@@ -643,6 +705,11 @@ impl Scene {
     /// How fragments combine.
     pub fn blend(&self) -> Blend {
         self.blend
+    }
+
+    /// Center and width of the window that sums or attenuated values are seen through, if there is one: see [`Scene::with_window`].
+    pub fn window(&self) -> Option<[f64; 2]> {
+        self.window
     }
 
     /// How rays are integrated.

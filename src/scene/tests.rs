@@ -33,7 +33,15 @@ fn only_over_without_pre_integration_is_blended_in_the_order_asked_for() {
     let back = Scene::new(transfer()).with_order(Order::BackToFront);
     assert_eq!(Scene::new(transfer()).blending_order(), Order::FrontToBack);
     assert_eq!(back.blending_order(), Order::BackToFront);
-    for blend in [Blend::Mip, Blend::Min, Blend::Average, Blend::Add, Blend::Lmip { threshold: 0.5 }, Blend::Iso { level: 0.5 }] {
+    for blend in [
+        Blend::Mip,
+        Blend::Min,
+        Blend::Average,
+        Blend::AttenuatedMip { attenuation: 1.0 },
+        Blend::Add,
+        Blend::Lmip { threshold: 0.5 },
+        Blend::Iso { level: 0.5 },
+    ] {
         let scene = back.clone().with_blend(blend).expect("blend");
         assert_eq!((scene.order(), scene.blending_order()), (Order::BackToFront, Order::FrontToBack), "{blend:?}");
     }

@@ -12,15 +12,19 @@
 //!                         [second ]
 //! ```
 //!
+//! Projections of the largest or smallest value have classes of their own, by how far bricks reach (`peaks.rs`), in the same windows.
+//!
 //! Along parallel rays all boxes are of one size or a brick larger. There a window is as large as the smaller of them, so that the second one
 //! is the first one's neighbour, and both come in one load.
 
 mod classes;
+mod peaks;
 mod query;
 mod runs;
 mod windows;
 
 pub(crate) use classes::BrickClasses;
+pub(crate) use peaks::{PeakClasses, PeakTable};
 pub(crate) use query::{BOXES, BoxClasses, BoxQuery, QueryBoxes};
 pub(crate) use runs::{MERGED, Runs};
-pub(crate) use windows::{SHOWN, SkipTable, Windows};
+pub(crate) use windows::{SHOWN, Sides, SkipTable, Windows};

@@ -32,7 +32,7 @@ pub(crate) struct Windows {
 }
 
 impl Windows {
-    fn new(dims: [usize; 3], mut classes: Vec<u8>, sides: [usize; 3], cells: usize, flags: bool) -> Self {
+    pub(super) fn new(dims: [usize; 3], mut classes: Vec<u8>, sides: [usize; 3], cells: usize, flags: bool) -> Self {
         let [x, y, z] = dims.map(|n| (n - 1) as f32);
         for (axis, side) in sides.into_iter().enumerate() {
             let mut now = 1;

@@ -22,9 +22,10 @@ pub struct Tally {
     pub corners: u64,
     /// Fragments and pieces that went through the stages.
     pub looked_up: u64,
-    /// Fragments and pieces passed over because the transfer function shows nothing near them.
+    /// Fragments and pieces passed over because the transfer function shows nothing near them; in projections of the largest or smallest value,
+    /// because the values near them are no larger, or smaller, than what their pixels have seen.
     pub empty: u64,
-    /// Fragments and pieces passed over because every pixel of their block let no more light through.
+    /// Fragments and pieces passed over because every pixel of their block, or of their row in it, let no more light through, or had its value already.
     pub finished: u64,
     /// Fragments that a neighbour stood for: of three or nine slabs that became one, all but the middle one.
     pub merged: u64,

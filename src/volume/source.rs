@@ -1,5 +1,6 @@
 //! Where a volume comes from: a file, a raw file with its description, or a formula.
 
+use super::edit::CropBox;
 use super::io::{self, Choice, RawSpec};
 use super::phantom::Phantom;
 use super::{BoxConvention, Grid, Modality};
@@ -38,6 +39,8 @@ pub struct VolumeSource {
     pub intercept: Option<f64>,
     /// Kind of values instead of the file's.
     pub modality: Option<Modality>,
+    /// The part of the volume that is kept, where not all of it is: of its box as it stands in the world after all other changes.
+    pub crop: Option<CropBox>,
     /// Which of several volumes of the file or folder is meant.
     pub choice: Choice,
     /// Pixels along the shorter side of the picture to be made, which choose a level of detail; see [`io::Reading::pixels`].
@@ -55,6 +58,7 @@ impl VolumeSource {
             slope: None,
             intercept: None,
             modality: None,
+            crop: None,
             choice: Choice::new(),
             pixels: None,
         }
@@ -99,6 +103,13 @@ impl VolumeSource {
     #[must_use]
     pub fn with_modality(mut self, modality: Modality) -> Self {
         self.modality = Some(modality);
+        self
+    }
+
+    /// The source of which a part is kept.
+    #[must_use]
+    pub fn with_crop(mut self, crop: impl Into<Option<CropBox>>) -> Self {
+        self.crop = crop.into();
         self
     }
 
@@ -156,10 +167,10 @@ impl VolumeSource {
     ///
     /// # Errors
     /// Whatever the reader says, [`crate::Error::Limit`] when the voxels would exceed `limits`, [`crate::Error::Invalid`] for a
-    /// spacing, position or rescale that makes no grid, [`crate::Error::Stopped`] where `progress` stops it.
+    /// spacing, position or rescale that makes no grid and for a crop box beyond the volume, [`crate::Error::Stopped`] where `progress` stops it.
     pub fn load_told(&self, limits: &Limits, progress: Option<Arc<dyn Progress>>) -> Result<Volume> {
         let mut volume = match &self.origin {
-            Origin::File(path) => io::read_as(path, &io::Reading { progress, ..self.reading(limits) })?,
+            Origin::File(path) => io::read_as(path, &io::Reading { progress: progress.clone(), ..self.reading(limits) })?,
             Origin::Raw(path, spec) => io::read_raw(path, spec, limits)?,
             Origin::Phantom(phantom, size) => phantom.volume_as(*size, phantom.voxel_type(), limits)?,
         };
@@ -174,7 +185,11 @@ impl VolumeSource {
         if let Some(modality) = self.modality {
             volume = volume.with_modality(modality);
         }
-        Ok(volume.with_convention(self.convention))
+        let volume = volume.with_convention(self.convention);
+        match &self.crop {
+            Some(crop) => crop.part(&volume, progress.as_deref()),
+            None => Ok(volume),
+        }
     }
 
     fn regrid(&self, grid: &Grid) -> Result<Grid> {

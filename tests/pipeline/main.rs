@@ -4,6 +4,7 @@
 
 mod blending;
 mod closed;
+mod compositing;
 mod convergence;
 mod cubic;
 mod cuts;
@@ -13,6 +14,7 @@ mod jitter;
 mod labels;
 mod light;
 mod lit;
+mod local_maxima;
 mod merged;
 mod methods;
 mod oracle;

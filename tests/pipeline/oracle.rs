@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use slicestack::proxy::Stack;
-use slicestack::scene::{Blend, Fog, FogDistance, FogWeighting, Slicing, Straight};
+use slicestack::scene::{Blend, Fog, FogDistance, FogWeighting, Order, Slicing, Straight};
 use slicestack::{Scene, Volume};
 
 /// A slice in a pixel's way.
@@ -147,6 +147,34 @@ impl<'a> Oracle<'a> {
             })
         };
         let (rgb, transmittance) = match self.scene.blend() {
+            Blend::Under => {
+                let (mut sum, mut left) = ([0.0; 3], 1.0);
+                let mut add = |f: &Fragment| {
+                    let (rgb, alpha) = self.fogged(f);
+                    sum = std::array::from_fn(|c| sum[c] + left * rgb[c]);
+                    left *= 1.0 - alpha;
+                };
+                match self.scene.order() {
+                    Order::FrontToBack => fragments.iter().for_each(&mut add),
+                    Order::BackToFront => fragments.iter().rev().for_each(&mut add),
+                }
+                (sum, left)
+            }
+            Blend::AttenuatedMip { attenuation } => {
+                let grid = self.volume.grid();
+                let ((from, to), spacing) = (grid.index_bounds(), grid.spacing());
+                let longest = (0..3).map(|a| (to[a] - from[a]) * spacing[a]).fold(0.0, f64::max);
+                let (min, max) = (self.volume.statistics().min, self.volume.statistics().max);
+                let [low, width] = self.scene.window().map_or([min, max - min], |[center, width]| [center - 0.5 * width, width]);
+                let (mut best, mut sum) = (None, 0.0);
+                for f in fragments.iter().filter(|f| self.value(f.index).is_finite()) {
+                    let n = ((self.value(f.index) - low) / width).clamp(0.0, 1.0);
+                    let seen = n * f64::exp(-attenuation * sum);
+                    best = Some(best.map_or(seen, |b: f64| b.max(seen)));
+                    sum += n * f.length / longest;
+                }
+                shown(best.map(|n| low + n * width))
+            }
             Blend::Over => {
                 // The closed sum over k of C_k times the product over j < k of (1 - A_j).
                 let mut sum = [0.0; 3];
@@ -160,7 +188,11 @@ impl<'a> Oracle<'a> {
             Blend::Add => {
                 let all = fragments.iter().map(|f| self.fogged(f));
                 let (rgb, alpha) = all.fold(([0.0; 3], 0.0), |(s, t), (rgb, a)| (std::array::from_fn(|c| s[c] + rgb[c]), t + a));
-                (rgb.map(|c: f64| c.min(1.0)), 1.0 - f64::min(alpha, 1.0))
+                let end = |sum: f64| match self.scene.window() {
+                    None => sum.min(1.0),
+                    Some([center, width]) => ((sum - (center - width / 2.0)) / width).clamp(0.0, 1.0),
+                };
+                (rgb.map(end), 1.0 - end(alpha))
             }
             Blend::Mip => shown(values.iter().copied().reduce(f64::max)),
             Blend::Min => shown(values.iter().copied().reduce(f64::min)),

@@ -6,8 +6,17 @@ use slicestack::scene::{Blend, Slicing};
 use slicestack::volume::VoxelType;
 use slicestack::{Scene, Volume};
 
-const BLENDS: [Blend; 7] =
-    [Blend::Over, Blend::Add, Blend::Mip, Blend::Min, Blend::Average, Blend::Lmip { threshold: 0.45 }, Blend::Iso { level: 0.52 }];
+const BLENDS: [Blend; 9] = [
+    Blend::Over,
+    Blend::Add,
+    Blend::Mip,
+    Blend::Min,
+    Blend::Average,
+    Blend::Lmip { threshold: 0.45 },
+    Blend::Iso { level: 0.52 },
+    Blend::AttenuatedMip { attenuation: 3.0 },
+    Blend::Under,
+];
 
 /// A volume of `kind` that uses most of the type's range for values in [0,1]; a negative slope turns stored values around.
 fn typed(kind: VoxelType, dims: [usize; 3], negative: bool) -> Volume {

@@ -123,6 +123,12 @@ pub(crate) fn samples() -> Vec<Sample> {
     );
     add("average", head(), shown(looked(s(), 60.0, 10.0, 0.0, 1.3, WIDE).with_blend(Blend::Average).unwrap()));
     add("add", head(), looked(s(), 80.0, 10.0, 0.0, 1.3, PARALLEL).with_blend(Blend::Add).unwrap());
+    let added = || looked(s(), 80.0, 10.0, 0.0, 1.3, PARALLEL).with_blend(Blend::Add).unwrap();
+    add("add-windowed", head(), added().with_window(Some([1.2, 2.0])).unwrap());
+    let behind = || looked(s(), 40.0, 25.0, 0.0, 1.3, WIDE).with_blend(Blend::Under).unwrap().with_order(Order::BackToFront);
+    add("under-back-to-front", head(), behind());
+    let faded = || looked(s(), 10.0, 30.0, 0.0, 1.3, PARALLEL).with_blend(Blend::AttenuatedMip { attenuation: 6.0 }).unwrap();
+    add("attenuated-mip", head(), shown(faded()));
     add(
         "lmip",
         cloud(20, VoxelType::U16),

@@ -45,7 +45,7 @@ function strip(place) {
   view.append(make("rect", { x: 0, y: 0, width: n, height: 20, fill: "var(--card)" }));
   if (pixel.span) view.append(make("rect", { x: pixel.span[0] - record.slices[0], y: 17, width: pixel.span[1] - pixel.span[0] + 1, height: 3, fill: "var(--soft)" }));
   for (const k of events(pixel)) {
-    const i = pixel.slice.indexOf(k), A = scene.blend === "over" || scene.blend === "add" ? pixel.alpha[i] : 1;
+    const i = pixel.slice.indexOf(k), A = ["over", "under", "add"].includes(scene.blend) ? pixel.alpha[i] : 1;
     view.append(make("rect", { x: k - record.slices[0], y: 16 - 15 * Math.max(0.08, Math.sqrt(clamp01(A))), width: 1.02, height: 15 * Math.max(0.08, Math.sqrt(clamp01(A))), fill: scene.blend === "over" ? css(shownOf(pixel.color[i], A)) : "var(--accent)", stroke: "var(--soft)", "stroke-width": 0.4, "vector-effect": "non-scaling-stroke" }));
   }
   view.append(make("rect", { x: state.k - record.slices[0], y: 0, width: 1, height: 20, fill: "none", stroke: "var(--bad)", "stroke-width": 2, "vector-effect": "non-scaling-stroke" }));
@@ -111,7 +111,7 @@ function toPixel(at) {
 function heaviest(pixel) {
   let best = null, most = -1;
   pixel.slice.forEach((k, i) => {
-    const was = before(pixel, pixel.start, i), taken = scene.blend === "over" || scene.blend === "surfaces" ? Math.abs(was.t - pixel.transmittance[i]) : scene.blend === "iso" || scene.blend === "lmip" ? was.t - pixel.transmittance[i] : Math.abs(toData(pixel.value[i]));
+    const was = before(pixel, pixel.start, i), taken = ["over", "under", "surfaces"].includes(scene.blend) ? Math.abs(was.t - pixel.transmittance[i]) : ["iso", "lmip", "attenuated-mip"].includes(scene.blend) ? was.t - pixel.transmittance[i] : Math.abs(toData(pixel.value[i]));
     if (pixel.covered[i] && taken > most) [best, most] = [k, taken];
   });
   // Of part of a stack the first slice says why nothing was recorded.

@@ -192,7 +192,7 @@ function layersPlot(alpha) {
 // 4. Colour.
 function colourPanel(place) {
   const { pixel, i } = place;
-  if (scene.blend !== "over" && scene.blend !== "add") return [para(`This scene shows values (${scene.blend}): fragments are not coloured one by one. The value that is found along the ray is classified once a pixel.`), transferPlot([])];
+  if (!["over", "under", "add"].includes(scene.blend)) return [para(`This scene shows values (${scene.blend}): fragments are not coloured one by one. The value that is found along the ray is classified once a pixel.`), transferPlot([])];
   if (i < 0) return [passed(place), transferPlot([])];
   const parts = [], value = toData(pixel.value[i]), [r, g, b, a] = pixel.exact[i], m = scene.method;
   const pre = m.classification === "pre" && m.filter === "linear", pair = pixel.front !== undefined;
@@ -332,6 +332,8 @@ const PROJECTIONS = {
   min: "The smallest value on the ray is kept; its colour is the pixel's.",
   average: "Values are added, each weighted by its piece's length; the mean's colour is the pixel's.",
   add: "Premultiplied colours and opacities are added, and nothing hides anything; opacity ends at 1.",
+  under: "Each next slice goes under what the pixel has gathered, whichever comes first: colour = colour + T \u00b7 C, T = T \u00b7 (1 \u2212 A). Back to front, far things hide near ones.",
+  "attenuated-mip": "Each value counts as its place n in the window, 0 to 1, times exp(\u2212S), where S adds up n times attenuation and length before it; the greatest is kept, and its colour as a value of the window is the pixel's.",
   lmip: "The first local maximum at or above the threshold is kept; its colour is the pixel's.",
   surfaces: "Where the values of neighbouring slices lie on both sides of a level the ray crosses its surface: the crossing is sought between the two, lit there, and blended, nearest first.",
   iso: "The first place where the value crosses the level is kept, refined between slices, and lit from the eye.",
@@ -344,6 +346,8 @@ const KEPT = {
   min: [["smallest value", toData]],
   average: [["sum of (number \u2212 table's first) \u00b7 length", same], ["sum of lengths", same]],
   add: [["premultiplied red", same], ["green", same], ["blue", same]],
+  under: [["premultiplied red", same], ["green", same], ["blue", same], ["transmittance", same]],
+  "attenuated-mip": [["greatest n exp(\u2212S)", same], ["S", same]],
   lmip: [["last value", toData], ["greatest value", toData]],
   surfaces: [["premultiplied red", same], ["green", same], ["blue", same], ["transmittance", same]],
   iso: [["last value", toData], ["crossing, in slices", same]],
@@ -355,7 +359,7 @@ function blendPanel(place) {
   if (scene.blend !== "over") {
     parts.push(para(PROJECTIONS[scene.blend] || ""), valuePlot(pixel, place));
     if (i < 0) parts.push(passed(place));
-    const kept = KEPT[scene.blend] || [], ends = scene.blend === "iso" || scene.blend === "lmip", adds = scene.blend === "add";
+    const kept = KEPT[scene.blend] || [], ends = ["iso", "lmip", "attenuated-mip"].includes(scene.blend), adds = scene.blend === "add";
     const numbers = (sum, t) => [...kept.map(([, f], c) => { const x = c < 3 ? sum[c] : t; return num(x === null ? null : f(x)); }), ...(ends ? [t > 0 ? "looking on" : "found"] : adds ? [num(t)] : [])];
     const heads = [...kept.map(([name]) => name), ...(ends ? [""] : adds ? ["opacity"] : [])];
     const rows = pixel.slice.map((k, n) => ({ kind: k === place.k ? "here" : "minor", cells: [String(k), num(toData(pixel.value[n])), pixel.covered[n] ? "yes" : "no", ...numbers(pixel.sum[n], pixel.transmittance[n])] }));
@@ -474,13 +478,13 @@ const STEPS = [
   { name: "Left out", title: "What this scene did not need", show: leftOutPanel },
 ];
 
-const MEANINGS = { covered: "covered", length: "length of the piece, in slabs", cell: "cell", weight: "weights", value: "value", color: "C", alpha: "A", sum: ["over", "add", "surfaces"].includes(scene.blend) ? "pixel" : "kept", transmittance: "T" };
+const MEANINGS = { covered: "covered", length: "length of the piece, in slabs", cell: "cell", weight: "weights", value: "value", color: "C", alpha: "A", sum: ["over", "under", "add", "surfaces"].includes(scene.blend) ? "pixel" : "kept", transmittance: "T" };
 // What a projection keeps, in the names of the step Blending.
 function keptWords(quantity, x) {
   if (quantity === "sum") return (KEPT[scene.blend] || []).slice(0, 3).map(([name, f], c) => `${name} ${num(x[c] === null ? null : f(x[c]))}`);
   if (scene.blend === "add") return [`opacity ${num(x)}`];
-  if (scene.blend === "surfaces") return [`T ${num(x)}`];
-  return scene.blend === "iso" || scene.blend === "lmip" ? [x > 0 ? "looking on" : "found"] : [];
+  if (scene.blend === "surfaces" || scene.blend === "under") return [`T ${num(x)}`];
+  return ["iso", "lmip", "attenuated-mip"].includes(scene.blend) ? [x > 0 ? "looking on" : "found"] : [];
 }
 // Every stage that ran on the slice, what it does in its own words, and what it set: whatever stages there are.
 function fragmentList(place) {

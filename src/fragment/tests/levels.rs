@@ -150,6 +150,7 @@ fn every_kernel_gives_the_same_bits_at_every_level() {
     levels_agree::<ProjectMin>("min", &[], &[U8]);
     levels_agree::<ProjectAverage>("average", &[], &[U8]);
     levels_agree::<ProjectAdd>("add", &[], &[U8]);
+    levels_agree::<ProjectAttenuated>("attenuated", &[], &[U8]);
     levels_agree::<ProjectLmip>("lmip", &[], &[U8]);
     levels_agree::<ProjectIso>("iso", &[], &[U8]);
     levels_agree::<TakeGradient>("gradient", &[texcoord], &VoxelType::ALL);

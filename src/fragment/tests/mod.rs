@@ -100,6 +100,7 @@ fn twins(id: StageId) -> &'static [fn()] {
             project::min,
             project::average,
             project::add,
+            project::attenuated,
             project::local_maximum,
             project::surface,
             surfaces::surfaces,
@@ -303,6 +304,7 @@ fn frame<'v>(voxels: &'v Voxels, n: &mut Numbers) -> Frame<'v> {
         surfaces: None,
         pieces: None,
         colors: None,
+        attenuation: Some(Box::new(AttenuationFrame { low: -300.0, per_unit: 0.001, per_slab: 0.2, window: [0.0, 1.0] })),
     }
 }
 

@@ -109,6 +109,53 @@ fn hold_alive(before: &Batch, after: &Batch, level: &str, i: usize) {
     assert_eq!(bit(after.pixels.alive, i), want, "fragment {i} at {level}");
 }
 
+/// A value's place in the window, times exp(-S), where S is what the values before it have added; the largest is kept. Pixels that no value to come can
+/// outdo are finished.
+#[test]
+pub(super) fn attenuated() {
+    let mut n = Numbers::new(87);
+    let none = Voxels::zeros(VoxelType::U8, 1);
+    let frame = frame(&none, &mut n);
+    let by = frame.attenuation.as_deref().unwrap();
+    let (mut found, mut finished) = (0, 0);
+    for _ in 0..200 {
+        let mut before = gathered(&mut n, false);
+        for i in 0..BATCH {
+            before.pixels.color[0][i] = if n.bits() % 5 == 0 { NOTHING } else { n.between(0.0, 1.0) as f32 };
+            before.pixels.color[1][i] = if n.bits() % 5 == 0 { 0.0 } else { n.between(0.0, 4.0) as f32 };
+        }
+        run::<ProjectAttenuated>(&frame, &before, &[Part::Sum, Part::Transmittance, Part::Alive], |after, level| {
+            for i in 0..BATCH {
+                let [best, sum, third] = before.pixels.color.map(|c| c[i]);
+                let (value, left) = (before.sample.value[i], before.pixels.transmittance[i]);
+                let open = listed(before.rows, i) && bit(before.mask, i) && left > 0.0;
+                let [got, now] = [0, 1].map(|c: usize| after.pixels.color[c][i]);
+                assert_same(after.pixels.color[2][i], third, level, i);
+                if !open {
+                    assert_same(got, best, level, i);
+                    assert_same(now, sum, level, i);
+                } else {
+                    let place = ((f64::from(value) - f64::from(by.low)) * f64::from(by.per_unit)).clamp(0.0, 1.0);
+                    let shown = place * f64::exp(-f64::from(sum));
+                    found += usize::from(shown > f64::from(best));
+                    assert_near(got, shown.max(f64::from(best)), 8.0 * ROUNDING, level, i);
+                    let length = f64::from(by.per_slab) * f64::from(before.slab.length[i]);
+                    let want = f64::from(sum) + length * place;
+                    assert_near(now, want, ROUNDING * (want.abs() + 8.0), level, i);
+                }
+                // Within rounding of the bound either may be.
+                let bound = f64::exp(-f64::from(now)) - f64::from(got);
+                if listed(before.rows, i) && bound.abs() > 1e-5 {
+                    assert_same(after.pixels.transmittance[i], if bound < 0.0 { 0.0 } else { left }, level, i);
+                    finished += usize::from(open && bound < 0.0);
+                }
+                hold_alive(&before, after, level, i);
+            }
+        });
+    }
+    assert!(found > 1000 && finished > 100, "{found} larger, {finished} finished");
+}
+
 /// Where values fall again from one that is at the level or above it, that one was the first local maximum: the pixel keeps it and is
 /// finished. Until then the pixel keeps the last value, and the largest of all beside it.
 #[test]
@@ -142,6 +189,42 @@ pub(super) fn local_maximum() {
         });
     }
     assert!(found > 1000, "{found} maxima");
+}
+
+/// Rows of values with plateaus, slice by slice: what pixels have kept in the end is the first run of equal values at the level or above it with smaller
+/// ones, or the row's end, on both sides; without one, the largest value.
+#[test]
+fn the_first_maximum_of_whole_rows() {
+    let mut n = Numbers::new(88);
+    let none = Voxels::zeros(VoxelType::U8, 1);
+    let frame = frame(&none, &mut n);
+    for round in 0..60 {
+        let length = 1 + round % 9;
+        // The level, 100, is among them.
+        let rows: Vec<[f32; BATCH]> = (0..length).map(|_| std::array::from_fn(|_| 98.0 + (n.bits() % 5) as f32)).collect();
+        for level in Level::available() {
+            let mut batch = gathered(&mut Numbers::new(1), false);
+            (batch.mask, batch.rows, batch.pixels.alive) = (u64::MAX, u8::MAX, u64::MAX);
+            batch.pixels.color = [[NOTHING; BATCH]; 3];
+            batch.pixels.transmittance = [1.0; BATCH];
+            for values in &rows {
+                batch.sample.value = *values;
+                level.kernel::<ProjectLmip, Frame<'_>, Batch>()(&frame, &mut batch);
+            }
+            for i in 0..BATCH {
+                let row: Vec<f32> = rows.iter().map(|values| values[i]).collect();
+                let maximum = (0..row.len()).find(|&at| {
+                    let end = (at..row.len()).find(|&k| row[k] != row[at]).unwrap_or(row.len());
+                    let rises = at == 0 || row[at - 1] < row[at];
+                    rises && (end == row.len() || row[end] < row[at]) && row[at] >= frame.blend.level
+                });
+                let want = maximum.map_or_else(|| row.iter().copied().fold(NOTHING, f32::max), |at| row[at]);
+                let [last, most, _] = batch.pixels.color.map(|c| c[i]);
+                let got = if batch.pixels.transmittance[i] == 0.0 { last } else { most };
+                assert_eq!(got, want, "{row:?} at {}", level.name());
+            }
+        }
+    }
 }
 
 /// Where the level lies between the value of the slice before and this one's, or the first value of all is at it or above, the surface is hit: on

@@ -2,6 +2,7 @@
 
 mod merge;
 mod pairs;
+mod peaks;
 
 use super::block::CoarseRunClasses;
 use super::block_transform::BlockTransform;
@@ -105,7 +106,12 @@ impl<'f, 'v, W: Observer> March<'_, 'f, 'v, W> {
     fn slices(&mut self, from: i64, to: i64, coarse: &mut CoarseRunClasses) {
         // Where something shows in every brick no query is needed, unless slabs may be merged.
         let Some(skip_table) = self.work.skip_table.filter(|skip_table| !skip_table.all || extra(self.work.merging).is_some()) else {
-            self.run(from, to);
+            match extra(self.work.peaks) {
+                Some(peaks) if !W::OBSERVES && !W::SELECTS => self.peaks(peaks, from, to),
+                _ => {
+                    self.run(from, to);
+                }
+            }
             return;
         };
         let Runs { slices, coarse: group, .. } = self.work.runs;

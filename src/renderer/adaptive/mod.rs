@@ -113,7 +113,7 @@ impl Renderer {
         let terminate = search::terminate(job.scene.terminate(), tolerance);
         let size = (job.view.width as usize, job.view.height as usize);
         // Values that are projected are no sums over slabs: their errors fall with the slices' number at best.
-        let values = !matches!(job.scene.blend(), Blend::Over | Blend::Add);
+        let values = !job.scene.blend().blends_colors();
         let first_order = values || crate::plan::order(job.scene) == 1;
         let goal = Goal { tolerance, size, first: search::first_count(depth, grid.smallest_spacing()), first_order };
         let nothing = OverBackground::new(job.scene, &crate::plan::method(job.scene)).nothing();

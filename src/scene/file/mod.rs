@@ -40,7 +40,7 @@ pub use schema::{Key, KeyKind, keys, schema};
 pub use transfer_file::{FoundTransfer, TransferFile, write_transfer};
 pub use write::{SceneFormat, transfer_sections, write_scene};
 
-use crate::scene::{Annotations, Blend, Camera, Method, OpacityFrom};
+use crate::scene::{Annotations, Camera, Method, OpacityFrom};
 use crate::volume::io::Endian;
 use crate::volume::plausible::Doubt;
 use crate::volume::{Origin, VolumeSource};
@@ -218,10 +218,7 @@ impl SceneFile {
         d.image.finish(&mut data)?;
         if ready.is_some() {
             data.scene = d.light.apply(&d.lights, ready, &cx, data.scene)?;
-            if data.scene.lighting().is_none()
-                && !d.light.is_off()
-                && !matches!(data.scene.blend(), Blend::Mip | Blend::Min | Blend::Average | Blend::Lmip { .. })
-            {
+            if data.scene.lighting().is_none() && !d.light.is_off() && !data.scene.blend().projects_values() {
                 data.warnings
                     .push("the preset's light is left out: it does not go together with the scene's way to blend slices".to_owned());
             }
@@ -247,10 +244,8 @@ impl SceneFile {
         if let Some(from) = scene.color_opacity(volume).filter(|_| scene.shows_nothing_of(volume)) {
             warnings.push(format!("the picture is empty: no voxel has an opacity above 0 by its {}", from.name()));
         }
-        let by_value = matches!(scene.blend(), Blend::Over | Blend::Add)
-            && scene.transfer2d().is_none()
-            && volume.scalars().is_some()
-            && scene.cuts().is_empty();
+        let by_value =
+            scene.blend().blends_colors() && scene.transfer2d().is_none() && volume.scalars().is_some() && scene.cuts().is_empty();
         if by_value && !scene.transfer().opaque_within(min, max) {
             warnings.push(format!("the picture is empty: the transfer function is transparent from {min} to {max}, all the data has"));
         }

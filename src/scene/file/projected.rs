@@ -18,6 +18,11 @@ pub(super) fn surface() -> Result<(TransferFunction, Lighting)> {
     Ok((TransferFunction::new(vec![(0.0, SURFACE)], vec![(0.0, 1.0)])?, lighting))
 }
 
+/// A grey map over values from `low` to `high`: what is darker is black, and there.
+pub(super) fn grey([low, high]: [f64; 2]) -> Result<TransferFunction> {
+    TransferFunction::new(ColorMap::Gray.spread(low, high), vec![(low, 1.0)])
+}
+
 /// A grey map from the darkest to the brightest of what a projection by `blend` shows of `volume` in `view`; and where it begins and ends. `None`
 /// where all of it is the same.
 pub(super) fn window(volume: &Volume, view: &View, blend: Blend) -> Result<Option<(TransferFunction, [f64; 2])>> {
@@ -32,7 +37,7 @@ pub(super) fn window(volume: &Volume, view: &View, blend: Blend) -> Result<Optio
     // The object alone: what is around it would fill the window's darker part with nothing.
     let split = Landmarks::of(volume.statistics()).split;
     let object: Vec<f64> = seen.iter().copied().filter(|&v| v >= split).collect();
-    let greatest = blend == Blend::Mip && !object.is_empty();
+    let greatest = matches!(blend, Blend::Mip | Blend::AttenuatedMip { .. }) && !object.is_empty();
     let of = if greatest { &object } else { &seen };
     let at = |share: f64| of.get(((of.len().max(1) - 1) as f64 * share) as usize).copied();
     let (Some(low), Some(high)) = (at(DARK), at(WHITE)) else { return Ok(None) };

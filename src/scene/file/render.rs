@@ -7,6 +7,9 @@ use crate::scene::{Algorithm, Blend, Connectivity, Filter, Hit, LevelSurface, Me
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+/// Attenuation of attenuated-mip, unless the scene gives one.
+const ATTENUATION: f64 = 4.0;
+
 /// Games of a pixel, unless the scene says how many.
 const GAMES: u32 = 256;
 
@@ -34,8 +37,14 @@ pub(super) struct RenderKeys {
     pub seed: Option<u32>,
     /// Numbers that fragments are blended in; f32 unless given, in the profile opengl unorm8. unorm16 is for that profile alone.
     pub target: Option<TargetKey>,
-    /// How fragments of a pixel combine; over unless given.
+    /// How fragments of a pixel combine: over (unless given), under (over with the operator of the other order: back to front, far things hide near ones), add,
+    /// iso (surfaces), or the value that shows: mip (the largest), min, lmip (the first local maximum), average, attenuated-mip (the largest, near ones first).
     pub blend: Option<BlendKey>,
+    /// attenuated-mip: how fast values fade behind others, per longest side of the box full of the window's largest value; 4 unless given.
+    pub attenuation: Option<f64>,
+    /// Window [center, width]. add: the sums of colours and opacities that become 0 to 1; without it they end at 1. Other projections: the values that
+    /// the grey map goes over, and attenuated-mip goes by; chosen by the data unless given.
+    pub window: Option<[f64; 2]>,
     /// lmip: smallest value that stops a ray; where the data splits into background and object, unless given.
     pub threshold: Option<f64>,
     /// iso: value of one opaque surface in the transfer function's colour.
@@ -73,7 +82,7 @@ choices! {
     ProfileKey { Accurate, Opengl }
     FilterKey { Linear, Nearest, Cubic }
     TargetKey => Target { F32, Unorm8, Unorm16 }
-    BlendKey { Over, Mip, Min, Lmip, Average, Add, Iso }
+    BlendKey { Over, Under, Mip, AttenuatedMip, Min, Lmip, Average, Add, Iso }
 }
 
 /// One surface in short, or several.
@@ -125,10 +134,12 @@ impl RenderKeys {
         };
         let (blend, threshold, level) = match scene.blend() {
             Blend::Over => (BlendKey::Over, None, None),
+            Blend::Under => (BlendKey::Under, None, None),
             Blend::Mip => (BlendKey::Mip, None, None),
             Blend::Min => (BlendKey::Min, None, None),
             Blend::Average => (BlendKey::Average, None, None),
             Blend::Add => (BlendKey::Add, None, None),
+            Blend::AttenuatedMip { .. } => (BlendKey::AttenuatedMip, None, None),
             Blend::Lmip { threshold } => (BlendKey::Lmip, Some(threshold), None),
             Blend::Iso { level } => (BlendKey::Iso, None, Some(level)),
             Blend::Surfaces => (BlendKey::Iso, None, None),
@@ -147,6 +158,8 @@ impl RenderKeys {
             seed: algorithm.seed,
             target: Some(method.target.into()),
             blend: Some(blend),
+            attenuation: if let Blend::AttenuatedMip { attenuation } = scene.blend() { Some(attenuation) } else { None },
+            window: scene.window(),
             threshold,
             level,
             levels: (scene.blend() == Blend::Surfaces).then(|| scene.levels().iter().map(surface).collect()),
@@ -218,6 +231,13 @@ impl RenderKeys {
             .map(|(key, given)| (key, given && kind != BlendKey::Iso));
         cx.refuse(&others, "is for render.blend = \"iso\" alone")?;
         cx.refuse(&[("render.levels", self.levels.is_some() && self.level.is_some())], "render.level is given too; give one of them")?;
+        let attenuated = kind == BlendKey::AttenuatedMip;
+        cx.refuse(&[("render.attenuation", self.attenuation.is_some() && !attenuated)], "is for render.blend = \"attenuated-mip\" alone")?;
+        let windowless = matches!(kind, BlendKey::Over | BlendKey::Under | BlendKey::Iso);
+        cx.refuse(
+            &[("render.window", self.window.is_some() && windowless)],
+            "is for render.blend = \"add\" and for projections of values",
+        )?;
         let merge = scene.method().merge;
         cx.refuse(&[("slices.merge", merge && kind != BlendKey::Over)], "is for render.blend = \"over\" alone")?;
         let scene = scene.with_linear_light(self.linear_light == Some(true))?.with_hit(self.hit.map_or(Hit::Refined, Hit::from));
@@ -231,17 +251,32 @@ impl RenderKeys {
         }
         let scene = scene.with_blend(match kind {
             BlendKey::Over => Blend::Over,
+            BlendKey::Under => Blend::Under,
             BlendKey::Mip => Blend::Mip,
             BlendKey::Min => Blend::Min,
             BlendKey::Average => Blend::Average,
             BlendKey::Add => Blend::Add,
+            BlendKey::AttenuatedMip => Blend::AttenuatedMip { attenuation: self.attenuation.unwrap_or(ATTENUATION) },
             // Any local maximum stops the ray.
             BlendKey::Lmip => Blend::Lmip { threshold: self.threshold.unwrap_or(f64::MIN) },
             // Without a level of its own the surface is placed by `finish`, when the data is known.
             BlendKey::Iso => Blend::Iso { level: self.level.unwrap_or(0.0) },
         })?;
+        let scene = match self.window {
+            Some([center, width]) if !(center.is_finite() && width.is_finite() && width > 0.0) => {
+                Err(cx.error("render.window", format!("[{center}, {width}]: a finite center and a positive width are needed")))
+            }
+            // Other projections show it as their transfer function.
+            Some(_) if kind == BlendKey::Add || attenuated => scene.with_window(self.window),
+            _ => Ok(scene),
+        }?;
         // Last: what an algorithm does not have may depend on the blend.
         scene.with_algorithm(algorithm)
+    }
+
+    /// The values that a projection shows from black to white, where the section says so.
+    pub(super) fn values(&self) -> Option<[f64; 2]> {
+        self.window.map(|[center, width]| [center - 0.5 * width, center + 0.5 * width])
     }
 
     /// A surface without a level, and maxima without a threshold, are taken where the data splits into background and object.

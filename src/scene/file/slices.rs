@@ -126,8 +126,7 @@ impl SliceKeys {
     pub(super) fn finish(&self, data: &mut Data<'_>) -> Result<()> {
         if !self.says_slices() && data.scene.opengl().is_none() {
             let scene = data.scene.clone();
-            let tolerant =
-                matches!(scene.blend(), Blend::Over | Blend::Add).then(|| scene.clone().with_slices(Slicing::Tolerance(USUAL_TOLERANCE)));
+            let tolerant = scene.blend().blends_colors().then(|| scene.clone().with_slices(Slicing::Tolerance(USUAL_TOLERANCE)));
             let cast = scene.algorithm().is_cast();
             data.scene = match tolerant {
                 Some(Ok(scene)) => scene,

@@ -134,6 +134,43 @@ fn every_key_arrives() {
 }
 
 #[test]
+fn under_attenuation_and_windows() {
+    let render = |keys: &str| scene(&format!("[render]\n{keys}\n"));
+    assert_eq!(render("blend = \"under\"").blend(), Blend::Under);
+    assert_eq!(render("blend = \"attenuated-mip\"").blend(), Blend::AttenuatedMip { attenuation: 4.0 });
+    let faded = render("blend = \"attenuated-mip\"\nattenuation = 0.5\nwindow = [40, 400]");
+    assert_eq!((faded.blend(), faded.window()), (Blend::AttenuatedMip { attenuation: 0.5 }, Some([40.0, 400.0])));
+    assert_eq!(render("blend = \"add\"\nwindow = [3, 4]").window(), Some([3.0, 4.0]));
+    // Of the largest value the window is a grey map.
+    let mip = render("blend = \"mip\"\nwindow = [40, 400]");
+    let grey = |v: f64| mip.transfer().eval(v);
+    assert_eq!((mip.window(), grey(-160.0).rgb, grey(240.0).rgb, grey(40.0).alpha), (None, [0.0; 3], [1.0; 3], 1.0));
+    assert!((grey(40.0).rgb[1] - 0.5).abs() < 1e-9);
+
+    let refused = |keys: &str, words: &[&str]| {
+        let line = refusal(&format!("{PHANTOM}{keys}\n"));
+        assert!(words.iter().all(|word| line.contains(word)), "{line}");
+    };
+    refused("[render]\nwindow = [1, 2]", &["render.window", "projections of values"]);
+    refused("[render]\nblend = \"iso\"\nlevel = 3\nwindow = [1, 2]", &["render.window"]);
+    refused("[render]\nblend = \"mip\"\nwindow = [1, 0]", &["render.window", "positive width"]);
+    refused("[render]\nblend = \"add\"\nwindow = [1, 3]", &["begin at 0"]);
+    refused("[render]\nblend = \"mip\"\nattenuation = 2", &["render.attenuation", "attenuated-mip"]);
+    refused("[render]\nblend = \"attenuated-mip\"\nattenuation = -2", &["attenuation", "-2"]);
+    refused(
+        "[render]\nblend = \"mip\"\nwindow = [1, 2]\n[transfer]\ncolor = [[0, 1, 1, 1]]\nopacity = [[0, 1]]",
+        &["render.window", "transfer.range"],
+    );
+    refused("[render]\nblend = \"under\"\n[slices]\nmerge = true", &["slices.merge"]);
+    refused(
+        "[render]\nblend = \"under\"\n[slices]\norder = \"back-to-front\"\n[transfer]\nclassification = \"pre-integrated\"",
+        &["under"],
+    );
+    refused("[render]\nblend = \"attenuated-mip\"\n[light]\nambient = 0.5", &["light"]);
+    refused("[render]\nblend = \"under\"\nprofile = \"opengl\"", &["opengl"]);
+}
+
+#[test]
 fn orbit_cameras_and_the_other_modes() {
     let s = scene(
         "[camera]\nazimuth = 90\nroll = 5\nheight = 20\nfit = \"box\"\n[fog]\nmode = \"linear\"\nstart = 0\nend = 9\n[slices]\ntolerance = 0.002\n",

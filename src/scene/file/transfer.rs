@@ -193,9 +193,12 @@ impl TransferKeys {
 
     /// Whether the section says nothing about what values look like, and the volume is none that comes with its own transfer function.
     fn is_open(&self, cx: &Context<'_>) -> bool {
-        let given =
-            self.given().iter().any(|(key, given)| *given && !matches!(*key, "transfer.gradient_opacity" | "transfer.opacity_unit"));
-        !given && cx.document.volume.unscaled_phantom().is_none()
+        !self.tells_looks() && cx.document.volume.unscaled_phantom().is_none()
+    }
+
+    /// Whether the section says what values look like.
+    fn tells_looks(&self) -> bool {
+        self.given().iter().any(|(key, given)| *given && !matches!(*key, "transfer.gradient_opacity" | "transfer.opacity_unit"))
     }
 
     /// What the volume is taken for, where that decides.
@@ -206,7 +209,17 @@ impl TransferKeys {
     /// What a projection or a surface looks like, where the section leaves it open; and its light.
     fn projected(&self, cx: &Context<'_>, data: &mut Data<'_>) -> Result<Option<(TransferFunction, Option<Lighting>)>> {
         let blend = data.scene.blend();
-        if !self.is_open(cx) || matches!(blend, Blend::Over | Blend::Add) {
+        if blend.blends_colors() {
+            return Ok(None);
+        }
+        let window = cx.document.render.values();
+        if self.tells_looks() && window.is_some() && !matches!(blend, Blend::AttenuatedMip { .. }) {
+            return Err(cx.error("render.window", "the section transfer says already what values look like (transfer.range is its window)"));
+        }
+        if let Some(given) = window.filter(|_| !self.tells_looks()) {
+            return Ok(Some((projected::grey(given)?, None)));
+        }
+        if !self.is_open(cx) {
             return Ok(None);
         }
         if matches!(blend, Blend::Iso { .. } | Blend::Surfaces) {
@@ -218,7 +231,9 @@ impl TransferKeys {
         let found = projected::window(data.volume, &view, blend)?;
         if let Some((_, [low, high])) = &found {
             let [from, to] = [*low, *high].map(|x| projected::short(x, high - low));
-            data.notes.push(format!("window {from} to {to}: what this projection shows (transfer.colormap with transfer.range: another)"));
+            data.notes.push(format!(
+                "window {from} to {to}: what this projection shows (render.window or transfer.colormap with transfer.range: another)"
+            ));
         }
         Ok(found.map(|(transfer, _)| (transfer, None)))
     }

@@ -3,6 +3,7 @@
 use super::Place;
 use super::schema::names;
 use super::section::{Context, Given, Rivals, choices};
+use crate::volume::edit::CropBox;
 use crate::volume::io::{Choice, Endian, RawSpec};
 use crate::volume::phantom::Phantom;
 use crate::volume::{BoxConvention, Modality, Origin, VolumeSource, VoxelType};
@@ -58,8 +59,14 @@ pub(super) struct VolumeKeys {
     pub level: Option<usize>,
     /// Sequence: the frame, counted from 0; the first unless given.
     pub frame: Option<usize>,
-    /// Voxels of several numbers, such as colours: the one that is meant, counted from 0.
-    pub channel: Option<usize>,
+    /// Voxels of several numbers, such as colours or vectors: the one that is meant, counted from 0; or magnitude, the square root of the sum of their
+    /// squares.
+    #[schemars(schema_with = "channel_words")]
+    pub channel: Option<ChannelKey>,
+    /// Part of the volume that is kept, [[x0, x1], [y0, y1], [z0, z1]]: voxels counted from 0, the ends not included, or what crop_unit says.
+    pub crop: Option<[[f64; 2]; 3]>,
+    /// What volume.crop counts: voxels (unless given), or world units along the world's axes, of which voxels with centres in the box are kept.
+    pub crop_unit: Option<CropUnitKey>,
     /// Kind of values, where the file does not say: ct (Hounsfield units), mr or other.
     pub modality: Option<ModalityKey>,
 }
@@ -90,7 +97,24 @@ impl SeriesKey {
     }
 }
 
+/// The word for the magnitude of all numbers of a voxel.
+const MAGNITUDE: &str = "magnitude";
+
+/// A channel by number, or all together.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(untagged, expecting = "expected a number, or \"magnitude\"")]
+pub(super) enum ChannelKey {
+    Number(usize),
+    Word(String),
+}
+
+/// Text first, as [`series_words`].
+fn channel_words(_: &mut SchemaGenerator) -> Schema {
+    json_schema!({ "type": ["string", "integer", "null"], "minimum": 0, "pattern": "^(magnitude|[0-9]+)$" })
+}
+
 choices! {
+    CropUnitKey { Voxels, World }
     BoxKey => BoxConvention { Cells, Nodes }
     EndianKey => Endian { Little, Big }
     ModalityKey =>? Modality { Ct, Mr, Other }
@@ -165,7 +189,15 @@ impl VolumeKeys {
             array: source.choice.array.clone(),
             level: source.choice.level,
             frame: source.choice.frame,
-            channel: source.choice.channel,
+            channel: match source.choice.channel {
+                _ if source.choice.magnitude => Some(ChannelKey::Word(MAGNITUDE.to_owned())),
+                n => n.map(ChannelKey::Number),
+            },
+            crop: source.crop.as_ref().map(|crop| match crop {
+                CropBox::Voxels(ranges) => ranges.clone().map(|range| [range.start as f64, range.end as f64]),
+                CropBox::World(bounds) => *bounds,
+            }),
+            crop_unit: matches!(source.crop, Some(CropBox::World(_))).then_some(CropUnitKey::World),
         })
     }
 
@@ -188,7 +220,8 @@ impl VolumeKeys {
         source.convention = self.convention.map_or(BoxConvention::Cells, BoxConvention::from);
         source.modality = self.modality.map(Modality::from);
         (source.slope, source.intercept) = (self.slope, self.intercept);
-        source.choice = self.choice();
+        source.choice = self.choice(cx)?;
+        source.crop = self.crop_box(cx)?;
         // A raw file's description holds these already.
         if !self.is_raw() {
             (source.spacing, source.position) = (self.spacing, self.origin);
@@ -197,12 +230,46 @@ impl VolumeKeys {
     }
 
     /// Which of several volumes is meant.
-    fn choice(&self) -> Choice {
+    ///
+    /// # Errors
+    /// For a channel that is neither a number nor all of them.
+    fn choice(&self, cx: &Context<'_>) -> Result<Choice> {
         let mut choice = Choice::new();
         choice.series = self.series.as_ref().map(SeriesKey::text);
         choice.array.clone_from(&self.array);
-        (choice.level, choice.frame, choice.channel) = (self.level, self.frame, self.channel);
-        choice
+        (choice.level, choice.frame) = (self.level, self.frame);
+        match &self.channel {
+            Some(ChannelKey::Number(n)) => choice.channel = Some(*n),
+            Some(ChannelKey::Word(word)) if word == MAGNITUDE => choice.magnitude = true,
+            Some(ChannelKey::Word(word)) => match word.parse() {
+                Ok(n) => choice.channel = Some(n),
+                Err(_) => return Err(cx.error("volume.channel", format!("\"{word}\": write a number, counted from 0, or \"{MAGNITUDE}\""))),
+            },
+            None => {}
+        }
+        Ok(choice)
+    }
+
+    /// The part of the volume that is kept.
+    fn crop_box(&self, cx: &Context<'_>) -> Result<Option<CropBox>> {
+        let Some(bounds) = self.crop else {
+            cx.refuse(&[("volume.crop_unit", self.crop_unit.is_some())], "is for volume.crop, which is not given")?;
+            return Ok(None);
+        };
+        if self.crop_unit == Some(CropUnitKey::World) {
+            if let Some([from, to]) = bounds.iter().find(|[from, to]| !(from.is_finite() && to.is_finite() && from <= to)) {
+                return Err(cx.error("volume.crop", format!("[{from}, {to}]: finite numbers in rising order are needed")));
+            }
+            return Ok(Some(CropBox::World(bounds)));
+        }
+        // As far as numbers of voxels are whole in f64.
+        let whole = |x: f64| x >= 0.0 && x <= 9_007_199_254_740_992.0 && libm::trunc(x) == x;
+        if let Some([from, to]) = bounds.iter().find(|[from, to]| !(whole(*from) && whole(*to) && from < to)) {
+            return Err(
+                cx.error("volume.crop", format!("[{from}, {to}]: two whole numbers of voxels are needed, 0 or more, the first smaller"))
+            );
+        }
+        Ok(Some(CropBox::Voxels(bounds.map(|[from, to]| from as usize..to as usize))))
     }
 
     /// The built-in volume and its size, where its values are left as they are.

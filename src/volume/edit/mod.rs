@@ -16,11 +16,13 @@
 //! ```
 
 mod crop;
+mod part;
 mod resample;
 mod retype;
 mod taps;
 
 pub use crop::crop;
+pub use part::CropBox;
 pub use resample::{Sampling, resample};
 pub use retype::{Retyped, convert_type};
 

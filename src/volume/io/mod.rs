@@ -41,6 +41,7 @@ mod folder;
 mod gzip;
 mod hex;
 mod layout;
+mod magnitude;
 mod metaimage;
 mod mrc;
 #[cfg(any(feature = "dicom", feature = "stacks"))]
@@ -246,6 +247,9 @@ pub fn read(path: impl AsRef<Path>, limits: &Limits) -> Result<Volume> {
 /// [`Error::Stopped`] when it was stopped.
 pub fn read_as(path: impl AsRef<Path>, reading: &Reading) -> Result<Volume> {
     let path = path.as_ref();
+    if reading.choice.magnitude {
+        return magnitude::read(path, reading);
+    }
     let mut store = Store::open(path, &reading.limits)?;
     let format = identify(&mut store)?;
     reading.check(store.path(), format.name(), format.reader().parts)?;

@@ -76,12 +76,16 @@ impl Header {
         self.shape.iter().fold(self.stored.bytes() as u64, |a, &n| a.saturating_mul(n as u64))
     }
 
-    /// The axes: x, y and z; before them 3 or 4 bytes a voxel, which are a colour; behind them frames. `None` when the array is no volume.
-    pub(super) fn layout(&self, path: &Path) -> Option<Layout> {
+    /// The axes: x, y and z; before them 3 or 4 bytes a voxel, which are a colour; behind them frames. Of other numbers 2 to 4 a voxel where a channel or
+    /// their magnitude is asked for, and no frame. `None` when the array is no volume.
+    pub(super) fn layout(&self, path: &Path, reading: &Reading) -> Option<Layout> {
         let mut sizes = self.shape.clone();
         let bytes = self.stored == Stored::from(VoxelType::U8);
         let color = sizes.last().copied().filter(|&n| bytes && !self.fortran && sizes.len() > 3 && matches!(n, 3 | 4));
-        if color.is_some() {
+        let choice = &reading.choice;
+        let asked = (choice.channel.is_some() || choice.magnitude) && choice.frame.is_none();
+        let numbers = sizes.last().copied().filter(|n| asked && !bytes && !self.fortran && sizes.len() == 4 && (2..=4).contains(n));
+        if color.or(numbers).is_some() {
             sizes.pop();
         }
         while sizes.len() > 3 {
@@ -94,7 +98,7 @@ impl Header {
             [t, z, y, x] if !self.fortran => (t, [x, y, z]),
             _ => return None,
         };
-        Some(Layout::of_space(path, dims).inner(Part::Channel, color.unwrap_or(1), true).outer(Part::Frame, frames))
+        Some(Layout::of_space(path, dims).inner(Part::Channel, color.or(numbers).unwrap_or(1), color.is_some()).outer(Part::Frame, frames))
     }
 
     /// What is wrong with an array that has no [`Header::layout`].
@@ -108,7 +112,7 @@ impl Header {
 
     /// Reads the numbers that follow the header.
     pub(super) fn volume(&self, source: &mut Source, reading: &Reading) -> Result<Volume> {
-        let layout = self.layout(source.path()).ok_or_else(|| source.fault(self.no_volume()))?;
+        let layout = self.layout(source.path(), reading).ok_or_else(|| source.fault(self.no_volume()))?;
         let dims = layout.dims;
         let grid = named(source.path(), Grid::with_spacing(dims, [1.0; 3]))?;
         if !self.fortran {
@@ -208,7 +212,7 @@ fn shape(source: &Source, text: &str) -> Result<Vec<usize>> {
 fn list(store: Store, reading: &Reading) -> Result<Vec<Item>> {
     let mut source = store.source()?;
     let header = Header::read(&mut source)?;
-    header.layout(source.path()).ok_or_else(|| source.fault(header.no_volume()))?.list(reading)
+    header.layout(source.path(), reading).ok_or_else(|| source.fault(header.no_volume()))?.list(reading)
 }
 
 fn read(store: Store, reading: &Reading) -> Result<Volume> {

@@ -75,7 +75,7 @@ fn found<'a>(archive: &Archive, entries: &'a [Entry]) -> Result<(Vec<Found<'a>>,
             Err(Error::Format { what, .. }) => others.push(format!("{name} ({what})")),
             Err(e) => return Err(e),
             Ok(header) => {
-                let volume = header.shape.len() >= 3 && header.layout(archive.0.path()).is_some();
+                let volume = header.shape.len() >= 3 && header.layout(archive.0.path(), &Reading::new()).is_some();
                 if !volume {
                     others.push(format!("{name} {:?}", header.shape));
                 }
@@ -108,7 +108,7 @@ fn list(store: Store, reading: &Reading) -> Result<Vec<Item>> {
     if found.len() > 1 {
         items.extend(found.iter().enumerate().map(|(i, f)| Item::new(Part::Array, f.name, f.about.clone(), i == taken)));
     }
-    if let Some(layout) = found[taken].header.layout(archive.0.path()) {
+    if let Some(layout) = found[taken].header.layout(archive.0.path(), reading) {
         items.extend(layout.list(reading)?);
     }
     Ok(items)

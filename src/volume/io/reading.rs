@@ -55,6 +55,8 @@ pub struct Choice {
     pub frame: Option<usize>,
     /// A channel, counted from 0.
     pub channel: Option<usize>,
+    /// Whether of voxels of several numbers the magnitude is meant, the square root of the sum of their squares, and no channel.
+    pub magnitude: bool,
 }
 
 impl Choice {
@@ -95,6 +97,13 @@ impl Choice {
     #[must_use]
     pub fn channel(mut self, channel: usize) -> Self {
         self.channel = Some(channel);
+        self
+    }
+
+    /// The choice of the magnitude of all channels.
+    #[must_use]
+    pub fn magnitude(mut self) -> Self {
+        self.magnitude = true;
         self
     }
 
