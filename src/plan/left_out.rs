@@ -122,6 +122,7 @@ fn without_slabs(stage: OptionalStage) -> &'static str {
         OptionalStage::Gradient | OptionalStage::Light => "surfaces are lit where rays meet them, not slice by slice",
         OptionalStage::GradientOpacity | OptionalStage::Transfer2d => "surfaces have opacities of their own",
         OptionalStage::Fog => "surfaces are drawn without fog",
+        OptionalStage::Regions | OptionalStage::Labels => "surfaces have colours of their own",
     }
 }
 

@@ -2,9 +2,9 @@
 
 use super::job::Clock;
 use crate::opengl::{Texture, TextureKey};
-use crate::plan::{MergedData, Prepared, SurfaceBricks, ThinnessData, TransferData, TransferKey, VolumeData};
+use crate::plan::{MergedData, PlaceBricks, Prepared, SurfaceBricks, ThinnessData, TransferData, TransferKey, VolumeData};
 use crate::proxy::Domain;
-use crate::scene::{Filter, Surfaces};
+use crate::scene::{Filter, MAX_FOCUS_REGIONS, Scene, Surfaces};
 use crate::skip::{Runs, SkipTable};
 use crate::volume::Volume;
 use crate::volume::spline::Coefficients;
@@ -26,6 +26,7 @@ pub(super) struct Cache {
     domain: Option<Domain>,
     /// Latest first.
     entries: Vec<Entry>,
+    places: PlaceEntries,
     /// Of the latest level surfaces.
     pub(super) surfaces: Option<SurfaceEntry>,
     /// The profile opengl's texture, and what it was made for.
@@ -39,6 +40,15 @@ pub(super) struct Entry {
     thinness: Option<Arc<ThinnessData>>,
     /// Of plain slabs, and of merged ones.
     skip_tables: [Option<Arc<SkipTable>>; 2],
+}
+
+/// Of the latest regions and label maps.
+#[derive(Default)]
+pub(super) struct PlaceEntries {
+    /// Tables of regions, latest first.
+    regions: Vec<Entry>,
+    /// What bricks show, and their skip table of the latest view.
+    bricks: Option<(PlaceBricks, Option<Arc<SkipTable>>)>,
 }
 
 /// Bricks that hold some levels, and their skip table of the latest view.
@@ -66,6 +76,7 @@ impl Cache {
         if self.filter != filter {
             // A spline's values have another range.
             self.entries.clear();
+            self.places = PlaceEntries::default();
             self.surfaces = None;
             self.filter = filter;
         }
@@ -91,9 +102,9 @@ impl Cache {
     }
 
     /// What [`Cache::volume_data`] gave last, and the tables made from it.
-    pub(super) fn kept(&mut self) -> (Option<&VolumeData>, &mut Vec<Entry>, &mut Option<SurfaceEntry>) {
+    pub(super) fn kept(&mut self) -> (Option<&VolumeData>, Kept<'_>) {
         let data = if self.filter.is_some() { self.spline.as_ref().map(|s| &*s.1) } else { self.volume.as_deref() };
-        (data, &mut self.entries, &mut self.surfaces)
+        (data, Kept { entries: &mut self.entries, places: &mut self.places, surfaces: &mut self.surfaces })
     }
 
     /// Voxels of `volume` that are NaN or infinite, as far as they have been counted.
@@ -103,37 +114,64 @@ impl Cache {
 
     /// The cache as a plan sees it, of `volume` and its `data`; what is made goes by `clock`.
     pub(super) fn keeper<'k>(&'k mut self, volume: &'k Volume, data: &'k VolumeData, clock: &'k mut Clock) -> Keeper<'k> {
-        Keeper { entries: &mut self.entries, surfaces: &mut self.surfaces, volume, data, clock }
+        let kept = Kept { entries: &mut self.entries, places: &mut self.places, surfaces: &mut self.surfaces };
+        Keeper { kept, volume, data, clock }
     }
+}
+
+/// What the cache keeps for plans.
+pub(super) struct Kept<'k> {
+    entries: &'k mut Vec<Entry>,
+    places: &'k mut PlaceEntries,
+    surfaces: &'k mut Option<SurfaceEntry>,
 }
 
 /// See [`Cache::keeper`].
 pub(super) struct Keeper<'k> {
-    pub(super) entries: &'k mut Vec<Entry>,
-    pub(super) surfaces: &'k mut Option<SurfaceEntry>,
+    pub(super) kept: Kept<'k>,
     pub(super) volume: &'k Volume,
     pub(super) data: &'k VolumeData,
     pub(super) clock: &'k mut Clock,
 }
 
+impl Entry {
+    fn new(data: Arc<TransferData>) -> Self {
+        Self { data, merged: None, thinness: None, skip_tables: [None, None] }
+    }
+}
+
 impl Keeper<'_> {
     fn entry(&mut self, data: &TransferData) -> Option<&mut Entry> {
-        self.entries.iter_mut().find(|e| e.data.key == data.key)
+        let Kept { entries, places, .. } = &mut self.kept;
+        entries.iter_mut().chain(&mut places.regions).find(|e| e.data.key == data.key)
     }
 }
 
 impl Prepared for Keeper<'_> {
     fn transfer(&mut self, key: TransferKey) -> Arc<TransferData> {
-        let list = &mut *self.entries;
+        let list = &mut *self.kept.entries;
         list.retain(|e| e.data.key.transfer == key.transfer && e.data.key.transfer2d == key.transfer2d);
         let at = list.iter().position(|e| e.data.key == key).unwrap_or_else(|| {
             let others = list.iter().map(|e| &*e.data);
             let data = self.clock.prepare(|| Arc::new(TransferData::new(key, self.volume, &self.data.bricks, others)));
-            list.push(Entry { data, merged: None, thinness: None, skip_tables: [None, None] });
+            list.push(Entry::new(data));
             list.len() - 1
         });
         list[..=at].rotate_right(1);
         list.truncate(KEPT);
+        Arc::clone(&list[0].data)
+    }
+
+    fn region(&mut self, key: TransferKey) -> Arc<TransferData> {
+        let list = &mut self.kept.places.regions;
+        let at = list.iter().position(|e| e.data.key == key).unwrap_or_else(|| {
+            let others = list.iter().map(|e| &*e.data);
+            let data = self.clock.prepare(|| Arc::new(TransferData::new(key, self.volume, &self.data.bricks, others)));
+            list.push(Entry::new(data));
+            list.len() - 1
+        });
+        list[..=at].rotate_right(1);
+        list.truncate(KEPT * MAX_FOCUS_REGIONS);
         Arc::clone(&list[0].data)
     }
 
@@ -173,8 +211,19 @@ impl Prepared for Keeper<'_> {
         table
     }
 
+    fn place_table(&mut self, scene: &Scene, data: &[Arc<TransferData>], runs: &Runs) -> (Arc<SkipTable>, f64) {
+        let kept = self.kept.places.bricks.take().filter(|(bricks, _)| bricks.serves(scene, data));
+        let make = || (self.clock.prepare(|| PlaceBricks::new(scene, data, self.volume, &self.data.bricks)), None);
+        let (bricks, table) = kept.unwrap_or_else(make);
+        let table = table.filter(|table: &Arc<SkipTable>| table.sides() == runs.sides);
+        let table = table.unwrap_or_else(|| Arc::new(SkipTable::new(&bricks.classes, runs.sides)));
+        let share = bricks.classes.share();
+        self.kept.places.bricks = Some((bricks, Some(Arc::clone(&table))));
+        (table, share)
+    }
+
     fn surface_table(&mut self, surfaces: &Surfaces, runs: &Runs) -> (Arc<SkipTable>, f64) {
-        let kept = self.surfaces.take().filter(|entry| entry.bricks.surfaces == *surfaces);
+        let kept = self.kept.surfaces.take().filter(|entry| entry.bricks.surfaces == *surfaces);
         let make = || SurfaceEntry {
             bricks: self.clock.prepare(|| SurfaceBricks::new(surfaces, self.volume, &self.data.bricks)),
             skip_table: None,
@@ -184,7 +233,7 @@ impl Prepared for Keeper<'_> {
         let table = kept.unwrap_or_else(|| Arc::new(SkipTable::new(&entry.bricks.classes, runs.sides)));
         entry.skip_table = Some(Arc::clone(&table));
         let share = entry.bricks.classes.share();
-        *self.surfaces = Some(entry);
+        *self.kept.surfaces = Some(entry);
         (table, share)
     }
 }

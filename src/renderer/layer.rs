@@ -174,6 +174,9 @@ impl Renderer {
         if scene.blend() != Blend::Over {
             return Err(Error::invalid("render blend: parts of a volume combine by \"over\" alone"));
         }
+        if scene.uses_labels() || !scene.regions().is_empty() {
+            return Err(Error::invalid("labels and regions: a part of a volume is rendered without them"));
+        }
         if scene.needs_gradient() {
             return Err(Error::invalid("light: a part of a volume does not hold the voxels around it that gradients take"));
         }

@@ -18,6 +18,8 @@ mod phantom_transfer;
 pub mod preset;
 #[cfg(feature = "scene-file")]
 mod property;
+mod regions;
+mod segments;
 mod shade;
 mod stage;
 mod surfaces;
@@ -47,6 +49,10 @@ pub use opengl::{
     TextureFormat, Wrap,
 };
 pub use preset::Preset;
+pub(crate) use regions::Share;
+pub use regions::{FocusRegion, FocusShape, MAX_FOCUS_REGIONS};
+pub(crate) use segments::LUMINANCE;
+pub use segments::{SegmentEffect, SegmentStyle, label_color};
 pub(crate) use shade::{LitPoint, unit};
 pub use stage::{Fits, InProjections, OptionalStage, Quantity, StageId, StageInfo, StageOption};
 pub(crate) use surfaces::Surfaces;
@@ -153,6 +159,8 @@ pub struct Scene {
     lighting: Option<Lighting>,
     gradient: Gradient,
     clip_planes: Vec<ClipPlane>,
+    segments: Vec<SegmentStyle>,
+    regions: Vec<FocusRegion>,
     blend: Blend,
     levels: Vec<LevelSurface>,
     hit: Hit,
@@ -182,6 +190,8 @@ impl Scene {
             lighting: None,
             gradient: Gradient::default(),
             clip_planes: Vec::new(),
+            segments: Vec::new(),
+            regions: Vec::new(),
             blend: Blend::Over,
             levels: Vec::new(),
             hit: Hit::default(),
@@ -442,6 +452,8 @@ impl Scene {
                 }
             }
         }
+        self.check_segments()?;
+        self.check_regions()?;
         if self.opengl.is_some() && self.algorithm != Algorithm::Slices {
             return Err(Error::invalid(format!("render algorithm {}: the profile opengl draws slices", self.algorithm.name())));
         }

@@ -287,7 +287,7 @@ fn frame<'v>(voxels: &'v Voxels, n: &mut Numbers) -> Frame<'v> {
             first_visible: 0.0,
         },
         blend: BlendFrame { terminate: 0.01, level: 100.0 },
-        optional: OptionalFrame { gradient: None, opacity: None, transfer2d: None, light: None, fog: None },
+        optional: OptionalFrame { regions: None, segments: None, gradient: None, opacity: None, transfer2d: None, light: None, fog: None },
         surfaces: None,
         pieces: None,
     }

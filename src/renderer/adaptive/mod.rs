@@ -10,7 +10,7 @@ use super::job::{FrameResult, RenderJob};
 use crate::plan::{Detail, Planned, Saving};
 use crate::proxy::Stack;
 use crate::raster::{BlockMask, Finish, Observer};
-use crate::scene::{Blend, Classification, MAX_SLICES, Method, Scene};
+use crate::scene::{Blend, Classification, Fits, MAX_SLICES, Method, OptionalStage, Scene};
 use crate::{Error, Result};
 use search::{Ask, Goal};
 
@@ -62,7 +62,8 @@ impl Renderer {
     ) -> Result<(FrameResult, f64)> {
         let second = Method { classification: Classification::SecondOrder, ..job.scene.method() };
         // Light and opacity by gradient are taken at one sample a slab, which leaves slabs between two values of the first order.
-        let free = job.scene.method() == Method::default() && job.scene.blend() == Blend::Over && !job.scene.needs_gradient();
+        let pairs = OptionalStage::wanted(job.scene).all(|stage| stage.option().pairs == Fits::Yes);
+        let free = job.scene.method() == Method::default() && job.scene.blend() == Blend::Over && !job.scene.needs_gradient() && pairs;
         // What an error is asked for, slabs may become one wherever the method lets them.
         let method = Method { merge: true, ..job.scene.method() };
         let merging = job.scene.clone().with_method(method).ok().filter(|s| crate::plan::method(s).merge);

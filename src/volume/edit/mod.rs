@@ -43,7 +43,7 @@ impl Volume {
             Channels::Scalar | Channels::Label(_) => (numbers, None),
         };
         let kept = self.clone();
-        Ok(Self { grid, voxels, colors, statistics: Default::default(), bricks: Default::default(), ..kept })
+        Ok(Self { grid, voxels, colors, labels: None, statistics: Default::default(), bricks: Default::default(), ..kept })
     }
 }
 
