@@ -5,13 +5,13 @@ use super::scaling::value_range;
 use super::{Scaling, color_frame};
 use crate::classify::{By, Measure, Slab, of_straight};
 use crate::fragment::{Effect, FocusFrame, RegionsFrame, SegmentsFrame};
-use crate::scene::{FocusRegion, Scene, SegmentEffect, SegmentStyle, Share, Straight};
+use crate::scene::{ByPlace, FocusRegion, Scene, SegmentEffect, SegmentStyle, Straight};
 use crate::skip::BrickClasses;
 use crate::volume::Volume;
 use crate::volume::bricks::Bricks;
 use std::sync::Arc;
 
-/// By how much faces of regions count as thick, as a share of a voxel: more than the rounding of positions.
+/// By how many voxels faces of regions count as thick: more than the rounding of positions.
 const MARGIN: f64 = 1e-2;
 
 /// What a frame's regions are classified by.
@@ -92,10 +92,6 @@ fn effect(effect: SegmentEffect, slab: Slab) -> Effect {
     }
 }
 
-/// What a label's voxels may show.
-const BY_VALUE: u8 = 1;
-const BY_LABEL: u8 = 2;
-
 /// What bricks show where that depends on their place too.
 #[derive(Debug)]
 pub(crate) struct PlaceBricks {
@@ -109,40 +105,12 @@ pub(crate) struct PlaceBricks {
 impl PlaceBricks {
     /// What `bricks` of `volume` show of `scene`, whose tables are `data`.
     pub(crate) fn new(scene: &Scene, data: &[Arc<TransferData>], volume: &Volume, bricks: &Bricks) -> Self {
-        let kinds = volume.labels().filter(|_| scene.uses_labels()).map(|map| {
-            let kind = |effect: SegmentEffect| match effect {
-                SegmentEffect::Show | SegmentEffect::Tint { .. } => BY_VALUE,
-                SegmentEffect::Replace { opacity, .. } if opacity > 0.0 => BY_LABEL,
-                SegmentEffect::Replace { .. } | SegmentEffect::Hide => 0,
-            };
-            let kinds: Vec<u8> = scene.effects(map).into_iter().map(kind).collect();
-            map.bricks(volume.grid().dims(), &kinds)
-        });
-        let grid = volume.grid();
-        let steps = grid.index_to_world().matrix3;
-        let margin = MARGIN * steps.x_axis.length().max(steps.y_axis.length()).max(steps.z_axis.length());
-        let by_value = |at: usize, low: f64, high: f64| {
-            let (low, high) = value_range(volume, low, high);
-            let may_show = |data: &TransferData| data.classifier.may_show(low, high);
-            let Some((main, regions)) = data.split_first() else { return false };
-            if regions.is_empty() {
-                return may_show(main);
-            }
-            let corners = bricks.corners(at, grid);
-            for (region, data) in scene.regions().iter().zip(regions) {
-                match region.share(&corners, margin) {
-                    Share::None => {}
-                    Share::Some if may_show(data) => return true,
-                    Share::Some => {}
-                    // No later one counts there, nor the function around them.
-                    Share::All => return may_show(data),
-                }
-            }
-            may_show(main)
-        };
+        let places = ByPlace::new(scene, volume, f64::MIN_POSITIVE, MARGIN);
         let classes = BrickClasses::by_place(bricks, |at, low, high| {
-            let kinds = kinds.as_ref().map_or(BY_VALUE, |kinds| kinds[at]);
-            u8::from(kinds & BY_LABEL != 0 || kinds & BY_VALUE != 0 && by_value(at, low, high))
+            let (low, high) = value_range(volume, low, high);
+            // The tables of regions stand behind that of the function around them.
+            let table = |n: usize| data.get(if n + 1 == data.len() { 0 } else { n + 1 });
+            u8::from(places.show(at, volume, bricks, |n| table(n).is_some_and(|data| data.classifier.may_show(low, high))))
         });
         Self { data: data.to_vec(), regions: scene.regions().to_vec(), segments: scene.segments().to_vec(), classes }
     }

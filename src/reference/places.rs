@@ -97,7 +97,7 @@ impl<'a> Places<'a> {
         let effect = self.labels.as_ref().map_or(0, |labels| {
             let [x, y, z] = [0, 1, 2].map(|axis: usize| ((index[axis] + 0.5).floor().max(0.0) as usize).min(labels.dims[axis] - 1));
             let label = labels.map.label((z * labels.dims[1] + y) * labels.dims[0] + x);
-            labels.map.values().iter().position(|&v| v == label).map_or(0, |at| labels.effect[at])
+            labels.map.values().binary_search(&label).map_or(0, |at| labels.effect[at])
         });
         let inside = |region: &FocusRegion| {
             let from = world - region.center();

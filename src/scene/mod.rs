@@ -2,6 +2,7 @@
 
 mod algorithm;
 mod annotations;
+mod by_place;
 mod camera;
 mod clip;
 mod color;
@@ -31,6 +32,7 @@ mod transfer2d;
 pub use crate::picture::MAX_SIDE;
 pub use algorithm::{Algorithm, Connectivity, MAX_GAMES, TemplatePlane};
 pub use annotations::Annotations;
+pub(crate) use by_place::ByPlace;
 pub use camera::{Camera, Placement, Projection, View};
 pub use clip::{ClipPlane, MAX_CLIP_PLANES};
 pub use color::{Premultiplied, Straight};
@@ -49,7 +51,7 @@ pub use opengl::{
     TextureFormat, Wrap,
 };
 pub use preset::Preset;
-pub(crate) use regions::Share;
+use regions::Share;
 pub use regions::{FocusRegion, FocusShape, MAX_FOCUS_REGIONS};
 pub(crate) use segments::LUMINANCE;
 pub use segments::{SegmentEffect, SegmentStyle, label_color};

@@ -3,7 +3,7 @@
 //! A transfer function says nothing about position; a region is the one exception. Inside it another function holds, so that what lies
 //! there can be shown in other colours, or through all that is around it.
 
-use super::{Classification, Scene, TransferFunction};
+use super::{Blend, Classification, Scene, TransferFunction};
 use crate::{Error, Result};
 use glam::DVec3;
 
@@ -151,7 +151,7 @@ impl Scene {
         if self.opacity_by_gradient() {
             return no("does not go together with opacity by gradient, which is the whole volume's");
         }
-        if self.surfaces().is_some() {
+        if matches!(self.blend, Blend::Iso { .. } | Blend::Surfaces) {
             return no("does not go together with level surfaces (render blend iso), which have colours of their own");
         }
         Ok(())

@@ -3,7 +3,7 @@
 use super::io::{self, Choice, RawSpec};
 use super::phantom::Phantom;
 use super::{BoxConvention, Grid, Modality};
-use crate::{Limits, Progress, Result, Volume};
+use crate::{Error, Limits, Progress, Result, Volume};
 use glam::{DMat3, DVec3};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -40,6 +40,8 @@ pub struct VolumeSource {
     pub modality: Option<Modality>,
     /// Which of several volumes of the file or folder is meant.
     pub choice: Choice,
+    /// The label map beside it: see [`Volume::with_labels`].
+    pub labels: Option<Box<VolumeSource>>,
     /// Pixels along the shorter side of the picture to be made, which choose a level of detail; see [`io::Reading::pixels`].
     pub pixels: Option<u32>,
 }
@@ -56,6 +58,7 @@ impl VolumeSource {
             intercept: None,
             modality: None,
             choice: Choice::new(),
+            labels: None,
             pixels: None,
         }
     }
@@ -109,6 +112,13 @@ impl VolumeSource {
         self
     }
 
+    /// The source with a label map beside it, or without one.
+    #[must_use]
+    pub fn with_labels(mut self, labels: impl Into<Option<Self>>) -> Self {
+        self.labels = labels.into().map(Box::new);
+        self
+    }
+
     /// The source for a picture of so many pixels along its shorter side; see [`io::Reading::pixels`].
     #[must_use]
     pub fn with_pixels(mut self, pixels: impl Into<Option<u32>>) -> Self {
@@ -156,10 +166,10 @@ impl VolumeSource {
     ///
     /// # Errors
     /// Whatever the reader says, [`crate::Error::Limit`] when the voxels would exceed `limits`, [`crate::Error::Invalid`] for a
-    /// spacing, position or rescale that makes no grid, [`crate::Error::Stopped`] where `progress` stops it.
+    /// spacing, position or rescale that makes no grid, [`crate::Error::Format`] for labels that are none or not the volume's, [`crate::Error::Stopped`] where `progress` stops it.
     pub fn load_told(&self, limits: &Limits, progress: Option<Arc<dyn Progress>>) -> Result<Volume> {
         let mut volume = match &self.origin {
-            Origin::File(path) => io::read_as(path, &io::Reading { progress, ..self.reading(limits) })?,
+            Origin::File(path) => io::read_as(path, &io::Reading { progress: progress.clone(), ..self.reading(limits) })?,
             Origin::Raw(path, spec) => io::read_raw(path, spec, limits)?,
             Origin::Phantom(phantom, size) => phantom.volume_as(*size, phantom.voxel_type(), limits)?,
         };
@@ -174,7 +184,11 @@ impl VolumeSource {
         if let Some(modality) = self.modality {
             volume = volume.with_modality(modality);
         }
-        Ok(volume.with_convention(self.convention))
+        let volume = volume.with_convention(self.convention);
+        let Some(labels) = &self.labels else { return Ok(volume) };
+        let map = labels.load_told(limits, progress)?;
+        let name = labels.path().unwrap_or(Path::new("labels"));
+        volume.with_labels(&map).map_err(|e| Error::format(name, e.to_string()))
     }
 
     fn regrid(&self, grid: &Grid) -> Result<Grid> {

@@ -18,6 +18,7 @@ mod light;
 mod pair;
 mod pieces;
 mod place;
+mod places;
 mod project;
 mod shade;
 mod surfaces;
@@ -70,6 +71,8 @@ fn twins(id: StageId) -> &'static [fn()] {
             pieces::thinness,
         ],
         StageId::Correct => &[shade::correct, shade::correct_riemann, pieces::correct],
+        StageId::Optional(OptionalStage::Regions) => &[places::regions],
+        StageId::Optional(OptionalStage::Labels) => &[places::segments, places::hidden_segments_of_projections],
         StageId::Optional(OptionalStage::Gradient) => &[
             gradient::of_slices,
             gradient::of_slices_deep_inside,

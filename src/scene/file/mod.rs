@@ -17,9 +17,11 @@ mod camera;
 mod clip;
 mod fog;
 mod image;
+mod labels;
 mod light;
 mod opengl;
 mod projected;
+mod region;
 mod render;
 mod schema;
 mod section;
@@ -92,6 +94,12 @@ struct Document {
     /// What is drawn on the finished picture; nothing unless asked for.
     #[serde(skip_serializing_if = "is_default")]
     annotate: annotate::AnnotateKeys,
+    /// A label map beside the volume, or the volume itself where that is one, and what becomes of its segments.
+    #[serde(skip_serializing_if = "is_default")]
+    labels: labels::LabelKeys,
+    /// Up to eight regions of space in which other transfer functions hold.
+    #[serde(skip_serializing_if = "is_default")]
+    region: Vec<region::RegionKeys>,
     /// Up to six planes that cut the box.
     #[serde(skip_serializing_if = "is_default")]
     clip: Vec<clip::ClipKeys>,
@@ -157,6 +165,7 @@ impl SceneFile {
         let (source, partial) = (document.volume.source(&cx)?, document.before_data(&cx)?);
         // Whoever looks closer wants finer voxels.
         let side = f64::from(partial.size().0.min(partial.size().1));
+        let source = source.with_labels(document.labels.source(&cx)?);
         let source = source.with_pixels((side * document.camera.zoom().max(1.0)).min(f64::from(u32::MAX)) as u32);
         Ok(Self { base: base.to_path_buf(), source, partial, document, places })
     }
@@ -208,6 +217,8 @@ impl SceneFile {
         // A function of value and gradient stands in the place of a preset, and comes without its light.
         let ready = d.transfer.finish(&cx, &mut data)?.filter(|_| !d.transfer2d.given());
         d.render.finish(&mut data)?;
+        d.labels.finish(&cx, &mut data)?;
+        region::finish(&d.region, &cx, &mut data)?;
         data.scene = d.camera.apply(&cx, data.scene, volume)?;
         if ready.is_some() {
             data.scene = d.light.apply(&d.lights, ready, &cx, data.scene)?;
@@ -236,7 +247,8 @@ impl SceneFile {
         if min == max && volume.statistics().non_finite == 0 {
             warnings.push(format!("every voxel is {min}: the picture shows the box and nothing in it"));
         }
-        if matches!(scene.blend(), Blend::Over | Blend::Add) && scene.transfer2d().is_none() && !scene.transfer().opaque_within(min, max) {
+        let by_value = matches!(scene.blend(), Blend::Over | Blend::Add) && scene.transfer2d().is_none() && !scene.shows_by_place();
+        if by_value && !scene.transfer().opaque_within(min, max) {
             warnings.push(format!("the picture is empty: the transfer function is transparent from {min} to {max}, all the data has"));
         }
         Ok(ResolvedScene { scene, warnings, notes })
@@ -285,6 +297,8 @@ impl Document {
         self.slices.check_merge(cx, &scene)?;
         let scene = self.fog.apply(cx, scene)?;
         let scene = clip::apply(&self.clip, cx, scene)?;
+        self.labels.before_data(cx)?;
+        region::before_data(&self.region, cx)?;
         let scene = self.render.apply(cx, scene)?;
         let scene = self.transfer2d.apply(cx, scene)?;
         self.light.apply(&self.lights, None, cx, scene)

@@ -151,6 +151,12 @@ impl TransferKeys {
             data.scene = data.scene.clone().with_transfer(self.with_rest(transfer).map_err(|e| cx.places.locate(e))?);
             return Ok(lighting);
         }
+        if self.is_open(cx) && !cx.document.transfer2d.given() {
+            if let Some((transfer, lighting)) = cx.document.labels.alone(cx, data)? {
+                data.scene = data.scene.clone().with_transfer(self.with_rest(transfer).map_err(|e| cx.places.locate(e))?);
+                return Ok(Some(lighting));
+            }
+        }
         if let Some(guess) = self.guess(cx, data.volume) {
             data.notes.push(format!("transfer function {}: {} (--preset NAME: another)", guess.preset.name(), guess.reason));
             data.warnings.extend(guess.advice);
@@ -165,7 +171,7 @@ impl TransferKeys {
     }
 
     /// Whether the section says nothing about what values look like, and the volume is none that comes with its own transfer function.
-    fn is_open(&self, cx: &Context<'_>) -> bool {
+    pub(super) fn is_open(&self, cx: &Context<'_>) -> bool {
         let given =
             self.given().iter().any(|(key, given)| *given && !matches!(*key, "transfer.gradient_opacity" | "transfer.opacity_unit"));
         !given && cx.document.volume.unscaled_phantom().is_none()
