@@ -217,12 +217,12 @@ fn bricks_of_hidden_segments_are_passed_over_and_those_of_others_are_not() {
     assert!(more > all * 11 / 10 && more < all * 15 / 10, "{all}, {more}");
     assert_eq!(tinted, all);
     // A region in which nothing shows, and one in which everything does.
-    let (center, radius) = (volume.grid().center(), volume.grid().radius());
+    let radius = volume.grid().radius();
     let ball = |a: f64, at: DVec3| FocusRegion::new(FocusShape::Sphere { radius: 0.4 * radius }, at, constant([1.0; 3], a)).unwrap();
     let at = |share: f64| volume.grid().index_to_world().transform_point3(DVec3::new(47.0 * share, 19.5, 21.5));
-    let clear = looked_up(&plain.clone().with_regions(vec![ball(0.0, center)]).unwrap());
+    let clear = looked_up(&plain.clone().with_regions(vec![ball(0.0, at(0.75))]).unwrap());
     let dense = looked_up(&plain.clone().with_regions(vec![ball(0.01, at(0.2))]).unwrap());
-    assert!(clear < all * 9 / 10, "{all}, {clear}");
+    assert!(clear < all * 19 / 20, "{all}, {clear}");
     assert!(dense > all * 11 / 10, "{all}, {dense}");
 }
 

@@ -139,7 +139,8 @@ fn with_labels(seed: u64, mut check: impl FnMut(&Frame<'_>, &Batch, &[Option<Eff
             .map(|i| {
                 let mut voxel = [0; 3];
                 for axis in 0..3 {
-                    let at = place(&before, i, axis).clamp(0.0, DIMS[axis] as f64 - 1.0);
+                    // No lookup lies before the base voxel.
+                    let at = place(&before, i, axis).clamp(base(&before)[axis] as f64, DIMS[axis] as f64 - 1.0);
                     if (at.fract() - 0.5).abs() < 1e-4 {
                         return None;
                     }

@@ -133,6 +133,10 @@ impl LabelKeys {
 
     /// The scene with the segments of its volume's label map as the section says.
     pub(super) fn finish(&self, cx: &Context<'_>, data: &mut Data<'_>) -> Result<()> {
+        // A scene that says nothing of labels shows none, whatever lies beside its volume.
+        if *self == Self::default() {
+            return Ok(());
+        }
         let Some(map) = data.volume.labels() else {
             let alone = matches!(data.volume.channels(), crate::volume::Channels::Label(_));
             return match self.segment {
