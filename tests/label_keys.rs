@@ -3,7 +3,8 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use slicestack::scene::{
-    Annotations, Filter, FocusShape, Overrides, ResolvedScene, SceneFile, SceneFormat, SegmentEffect, SegmentStyle, label_color, write_scene,
+    Annotations, Filter, FocusShape, Overrides, ResolvedScene, SceneFile, SceneFormat, SegmentEffect, SegmentStyle, label_color,
+    write_scene,
 };
 use slicestack::{Limits, Renderer, Result, Settings};
 use std::fs;

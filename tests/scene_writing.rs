@@ -8,10 +8,10 @@ use glam::{DMat4, DVec3, DVec4};
 use proptest::prelude::*;
 use slicestack::scene::{
     Accumulation, Algorithm, AlphaTest, Annotations, Arithmetic, Blend, BlendFunction, Camera, Classification, ClipPlane, Compare,
-    Connectivity, Ends, Environment, Equation, Factor, Filter, FocusRegion, FocusShape, Fog, FogDistance, FogEvaluation, FogMode, FogWeighting, Gradient, Hit,
-    LevelSurface, Light, LightSource, Lighting, Method, OpenGl, Order, Overrides, Placement, Projection, Region, SampleAt, SceneFile,
-    SceneFormat, Scissor, SegmentEffect, SegmentStyle, Shading, Shape, SlabForm, Slicing, Straight, TableColors, Target, TemplatePlane, TextureFormat, Transfer2d,
-    TransferFunction, Wrap, keys, write_scene,
+    Connectivity, Ends, Environment, Equation, Factor, Filter, FocusRegion, FocusShape, Fog, FogDistance, FogEvaluation, FogMode,
+    FogWeighting, Gradient, Hit, LevelSurface, Light, LightSource, Lighting, Method, OpenGl, Order, Overrides, Placement, Projection,
+    Region, SampleAt, SceneFile, SceneFormat, Scissor, SegmentEffect, SegmentStyle, Shading, Shape, SlabForm, Slicing, Straight,
+    TableColors, Target, TemplatePlane, TextureFormat, Transfer2d, TransferFunction, Wrap, keys, write_scene,
 };
 use slicestack::volume::io::{Choice, Endian, RawSpec};
 use slicestack::volume::phantom::Phantom;

@@ -126,10 +126,8 @@ impl<'v> FramePlan<'v> {
         let labels = if let Classifier::Label(table) = &transfer.classifier { Some(Arc::new(label_frame(table, volume))) } else { None };
         let surfaces = scene.surfaces().filter(|_| needs.blend == BlendKind::Surfaces);
         let deep = needs.short_pieces() && transfer.strongest.max(places.strongest()) >= DEEP;
-        let by_place = (
-            places.regions_frame(scene, volume, &data.scaling, (deep, leave_out), kept),
-            segments_frame(scene, volume, slab, leave_out),
-        );
+        let by_place =
+            (places.regions_frame(scene, volume, &data.scaling, (deep, leave_out), kept), segments_frame(scene, volume, slab, leave_out));
         let numbers = Numbers { scale: data.scaling.scale, offset: data.scaling.offset };
         let live = if needs.terminate { terminate } else { 0.0 };
         let mut sample = SampleFrame { labels: labels.clone(), ..sample_frame(volume, data, &needs, lookup, &color) };

@@ -117,7 +117,9 @@ impl TransferFunction {
         let (mut color, mut opacity) = (Vec::new(), Vec::new());
         for (n, &(label, Straight { rgb, alpha })) in labels.iter().enumerate() {
             let ends = match labels.get(n + 1) {
-                Some(&(next, _)) if next <= label => return Err(Error::invalid(format!("label {next} comes after {label}; labels must rise"))),
+                Some(&(next, _)) if next <= label => {
+                    return Err(Error::invalid(format!("label {next} comes after {label}; labels must rise")));
+                }
                 Some(&(next, _)) => 0.5 * label as f64 + 0.5 * next as f64,
                 None => label as f64 + 0.5,
             };

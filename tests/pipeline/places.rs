@@ -77,9 +77,11 @@ fn pictures_converge_to_the_reference() {
                 let mut errors = Vec::new();
                 for slices in [64, 256, 1024] {
                     let (picture, _) = render(&volume, &scene.clone().with_slices(Slicing::Count(slices)).unwrap());
-                    let squares = picture.pixels().iter().zip(truth.pixels()).flat_map(|(a, b)| {
-                        (0..4).map(move |c| (f64::from(a[c]) - b[c]) * (f64::from(a[c]) - b[c]))
-                    });
+                    let squares = picture
+                        .pixels()
+                        .iter()
+                        .zip(truth.pixels())
+                        .flat_map(|(a, b)| (0..4).map(move |c| (f64::from(a[c]) - b[c]) * (f64::from(a[c]) - b[c])));
                     errors.push((squares.sum::<f64>() / (4 * 24 * 20) as f64).sqrt());
                 }
                 assert!(errors[2] < 4e-4 && errors[2] < errors[0] / 8.0, "{what}, {how}, view {n}: {errors:?}");
@@ -202,7 +204,15 @@ fn bricks_of_hidden_segments_are_passed_over_and_those_of_others_are_not() {
     let dims = [48, 40, 44];
     let volume = Volume::new(oblique(dims), fill::<u8>(dims, &|[x, ..]| if x > 0.0 { 200.0 } else { 0.0 })).unwrap();
     // Wider by more than a brick: none holds both of what shows and of what is not labelled.
-    let labels = fill::<u8>(dims, &|[x, y, _]| if x > -0.25 { if y > 0.0 { 1.0 } else { 2.0 } } else if y > 0.5 { 3.0 } else { 0.0 });
+    let labels = fill::<u8>(dims, &|[x, y, _]| {
+        if x > -0.25 {
+            if y > 0.0 { 1.0 } else { 2.0 }
+        } else if y > 0.5 {
+            3.0
+        } else {
+            0.0
+        }
+    });
     let volume = volume.clone().with_labels(&Volume::new(volume.grid().clone(), labels).unwrap()).unwrap();
     let step = TransferFunction::new(vec![(100.0, [1.0, 0.5, 0.1])], vec![(60.0, 0.0), (60.0, 0.02)]).unwrap();
     let plain = scene(step, orbit(30.0, 20.0, 1.2, PARALLEL), 80).with_size(64, 64).unwrap();
@@ -308,7 +318,8 @@ fn projections_leave_hidden_segments_out() {
     let grey = TransferFunction::new(vec![(0.0, [0.0; 3]), (100.0, [1.0; 3])], vec![(0.0, 1.0)]).unwrap();
     let nearest = Method::default().with_filter(Filter::Nearest);
     for (blend, most) in [(Blend::Mip, true), (Blend::Min, false)] {
-        let scene = scene(grey.clone(), along_z(dims), 10).with_size(8, 6).unwrap().with_method(nearest).unwrap().with_blend(blend).unwrap();
+        let scene =
+            scene(grey.clone(), along_z(dims), 10).with_size(8, 6).unwrap().with_method(nearest).unwrap().with_blend(blend).unwrap();
         let scene = scene.with_segments(vec![style(1, SegmentEffect::Hide)]).unwrap();
         let (picture, _) = render(&both, &scene);
         for (x, y) in (0..6).flat_map(|y| (0..8).map(move |x| (x, y))) {

@@ -3,9 +3,9 @@
 use glam::{DMat3, DMat4, DQuat, DVec3, DVec4};
 use slicestack::scene::{
     Accumulation, AlphaTest, Arithmetic, Blend, BlendFunction, Camera, Classification, ClipPlane, Compare, Ends, Environment, Equation,
-    Factor, Filter, FocusRegion, FocusShape, Fog, FogDistance, FogEvaluation, FogMode, FogWeighting, Gradient, Hit, LevelSurface, Light, LightSource, Lighting,
-    Method, OpenGl, Order, Placement, Projection, Region, SampleAt, Scissor, SegmentEffect, SegmentStyle, Shading, Shape, SlabForm, Slicing, Straight, Target,
-    Transfer2d, TransferFunction, Wrap, label_color,
+    Factor, Filter, FocusRegion, FocusShape, Fog, FogDistance, FogEvaluation, FogMode, FogWeighting, Gradient, Hit, LevelSurface, Light,
+    LightSource, Lighting, Method, OpenGl, Order, Placement, Projection, Region, SampleAt, Scissor, SegmentEffect, SegmentStyle, Shading,
+    Shape, SlabForm, Slicing, Straight, Target, Transfer2d, TransferFunction, Wrap, label_color,
 };
 use slicestack::volume::phantom::Phantom;
 use slicestack::volume::{BoxConvention, Grid, VoxelType, Voxels};
@@ -476,8 +476,13 @@ fn by_place(list: &mut Vec<Sample>) {
     let both = view().with_segments(styles()).unwrap().with_regions(places).unwrap();
     add("labels-in-regions", all_around, both.with_fog(Some(Fog::new(FogMode::Exp { density: 0.005 }, [0.7, 0.75, 0.8]).unwrap())));
     let hidden = styles()[..1].to_vec();
-    add("mip-hidden", labelled(head()), looked(s(), 10.0, 30.0, 0.0, 1.3, PARALLEL).with_transfer(strong()).with_blend(Blend::Mip).unwrap().with_segments(hidden).unwrap());
-    let alone: Vec<(i64, Straight)> = (0..5).map(|l| (l, Straight { rgb: label_color(l), alpha: if l == 0 { 0.0 } else { 0.8 } })).collect();
+    add(
+        "mip-hidden",
+        labelled(head()),
+        looked(s(), 10.0, 30.0, 0.0, 1.3, PARALLEL).with_transfer(strong()).with_blend(Blend::Mip).unwrap().with_segments(hidden).unwrap(),
+    );
+    let alone: Vec<(i64, Straight)> =
+        (0..5).map(|l| (l, Straight { rgb: label_color(l), alpha: if l == 0 { 0.0 } else { 0.8 } })).collect();
     let nearest = Method::default().with_filter(Filter::Nearest);
     let colors = lit(looked(s(), 35.0, 25.0, 0.0, 1.2, WIDE).with_transfer(TransferFunction::of_labels(&alone).unwrap()));
     add("labels-alone", sectors(head().grid()), colors.with_method(nearest).unwrap());

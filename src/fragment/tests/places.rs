@@ -23,7 +23,8 @@ fn place(batch: &Batch, i: usize, axis: usize) -> f64 {
 #[test]
 pub(super) fn regions() {
     let mut n = Numbers::new(131);
-    let grid = Grid::new(DIMS, DVec3::new(3.0, -7.0, 11.0), DMat3::from_cols(DVec3::X, DVec3::new(0.2, -1.3, 0.0), DVec3::new(-0.1, 0.3, 0.8)));
+    let grid =
+        Grid::new(DIMS, DVec3::new(3.0, -7.0, 11.0), DMat3::from_cols(DVec3::X, DVec3::new(0.2, -1.3, 0.0), DVec3::new(-0.1, 0.3, 0.8)));
     let grid = grid.expect("a grid");
     let (mut inside, mut outside) = (0, 0);
     for round in 0..60 {
@@ -60,7 +61,8 @@ pub(super) fn regions() {
                 let at = DVec3::from_array(std::array::from_fn(|axis| place(&before, i, axis)));
                 let point = grid.index_to_world().transform_point3(at);
                 // Beside a face rounding decides.
-                let near = |r: &FocusRegion| [-1e-4, 1e-4].iter().any(|d| (0..3).any(|a| r.holds(point + DVec3::AXES[a] * *d) != r.holds(point)));
+                let near =
+                    |r: &FocusRegion| [-1e-4, 1e-4].iter().any(|d| (0..3).any(|a| r.holds(point + DVec3::AXES[a] * *d) != r.holds(point)));
                 if list.iter().any(near) {
                     doubtful[i / SIDE] = true;
                     continue;

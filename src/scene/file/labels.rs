@@ -156,7 +156,11 @@ impl LabelKeys {
         let tinted = others.iter().filter(|s| matches!(s.effect(), SegmentEffect::Tint { .. })).count();
         if tinted > 0 {
             let named: Vec<&str> = others.iter().filter_map(|s| name_of(map.segments(), s.label())).take(8).collect();
-            let names = if named.is_empty() { String::new() } else { format!(" ({}{})", named.join(", "), if tinted > named.len() { ", ..." } else { "" }) };
+            let names = if named.is_empty() {
+                String::new()
+            } else {
+                format!(" ({}{})", named.join(", "), if tinted > named.len() { ", ..." } else { "" })
+            };
             data.notes.push(format!("labels: {tinted} segments are tinted{names} (labels.others, [[labels.segment]]: otherwise)"));
         }
         styles.extend(others);
@@ -227,7 +231,8 @@ impl LabelKeys {
         };
         let labels: Vec<(i64, Straight)> = map.values().iter().map(|&l| Ok((l, straight(l)?))).collect::<Result<_>>()?;
         let shown = labels.iter().filter(|l| l.1.alpha > 0.0).count();
-        data.notes.push(format!("a label map: {shown} segments in colours of their own ([[labels.segment]], or a transfer function: otherwise)"));
+        data.notes
+            .push(format!("a label map: {shown} segments in colours of their own ([[labels.segment]], or a transfer function: otherwise)"));
         if cx.document.render.filter.is_none() {
             let method = data.scene.method();
             // Between two labels there is nothing.
@@ -289,7 +294,9 @@ fn by_name(cx: &Context<'_>, path: &str, name: &str, segments: &[Segment]) -> Re
     let names: Vec<&str> = segments.iter().map(|s| s.name.as_str()).filter(|n| !n.is_empty()).collect();
     let path = format!("{path}.name");
     match nearest(name, &names) {
-        Some(best) => Err(cx.error(&path, format!("unknown \"{name}\"; the nearest known one is \"{best}\", all are {}", names.join(", ")))),
+        Some(best) => {
+            Err(cx.error(&path, format!("unknown \"{name}\"; the nearest known one is \"{best}\", all are {}", names.join(", "))))
+        }
         None => Err(cx.error(&path, format!("unknown \"{name}\": the label map names no segments; give the value of its label"))),
     }
 }

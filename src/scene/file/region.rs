@@ -117,10 +117,8 @@ impl RegionKeys {
         let colors = self.color.as_ref().map(|list| list.iter().map(|&[v, r, g, b]| (v, [r, g, b])).collect());
         let opacities = self.opacity.as_ref().map(|list| list.iter().map(|&[v, a]| (v, a)).collect());
         let unit = self.opacity_unit.or(if self.opacity.is_none() { main.unit() } else { None });
-        let own = TransferFunction::new(
-            colors.unwrap_or_else(|| main.color().to_vec()),
-            opacities.unwrap_or_else(|| main.opacity().to_vec()),
-        )?;
+        let own =
+            TransferFunction::new(colors.unwrap_or_else(|| main.color().to_vec()), opacities.unwrap_or_else(|| main.opacity().to_vec()))?;
         match unit {
             Some(length) => own.with_unit(length),
             None => Ok(own),
@@ -130,9 +128,7 @@ impl RegionKeys {
     /// The region, in which `transfer` holds.
     fn region(&self, cx: &Context<'_>, n: usize, transfer: TransferFunction) -> Result<FocusRegion> {
         let needs = |key: &str, what: &str| cx.error(&format!("region[{n}]"), format!("a {what} needs its {key}"));
-        let other = |key: &str, given: bool, what: &str| {
-            cx.refuse(&[(&format!("region[{n}].{key}"), given)], &format!("is for a {what}"))
-        };
+        let other = |key: &str, given: bool, what: &str| cx.refuse(&[(&format!("region[{n}].{key}"), given)], &format!("is for a {what}"));
         let shape = match self.shape {
             ShapeKey::Sphere => {
                 other("size", self.size.is_some(), "box; a sphere has a radius")?;
