@@ -3,7 +3,9 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
 use glam::DVec3;
-use slicestack::scene::{Blend, Camera, ClipPlane, Placement, Projection, Scene, TransferFunction, Visible};
+use slicestack::scene::{
+    Blend, Camera, ClipPlane, FocusRegion, FocusShape, Placement, Projection, Scene, SegmentEffect, SegmentStyle, TransferFunction, Visible,
+};
 use slicestack::volume::{Grid, Voxels};
 use slicestack::{Picture, Renderer, Settings, Volume};
 
@@ -41,6 +43,40 @@ fn bricks_around(from: [usize; 3], to: [usize; 3]) -> [DVec3; 2] {
     let low = low.map(|n| if n <= 0.0 { -0.5 } else { n });
     let high = [0, 1, 2].map(|axis: usize| if high[axis] >= DIMS[axis] as f64 - 1.0 { DIMS[axis] as f64 - 0.5 } else { high[axis] });
     [DVec3::from_array(low) * spacing, DVec3::from_array(high) * spacing]
+}
+
+#[test]
+fn hidden_segments_are_not_framed_and_what_shows_by_place_is() {
+    // All of the block is one segment; another lies apart from it.
+    let (from, to) = ([10, 9, 6], [30, 27, 30]);
+    let volume = block(from, to);
+    let other = ([41, 33, 9], [55, 43, 19]);
+    let labels: Vec<u8> = (0..DIMS.iter().product())
+        .map(|i: usize| {
+            let at = [i % DIMS[0], i / DIMS[0] % DIMS[1], i / DIMS[0] / DIMS[1]];
+            let within = |from: [usize; 3], to: [usize; 3]| (0..3).all(|a| (from[a]..to[a]).contains(&at[a]));
+            if within([0; 3], [40, 32, 40]) { 1 } else { 2 * u8::from(within(other.0, other.1)) }
+        })
+        .collect();
+    let volume = volume.clone().with_labels(&Volume::new(volume.grid().clone(), labels.into()).unwrap()).unwrap();
+    let style = |label, effect| SegmentStyle::new(label, effect).unwrap();
+    let hidden = scene(0.0, 0.0, PARALLEL).with_segments(vec![style(1, SegmentEffect::Hide)]).unwrap();
+    assert!(Visible::of(&hidden, &volume).is_none());
+    let replaced = vec![style(1, SegmentEffect::Hide), style(2, SegmentEffect::Replace { color: [1.0; 3], opacity: 0.5 })];
+    let replaced = hidden.with_segments(replaced).unwrap();
+    let [low, high] = bricks_around(other.0, other.1);
+    let visible = Visible::of(&replaced, &volume).unwrap();
+    for (axis, n) in [DVec3::X, DVec3::Y, DVec3::Z].into_iter().enumerate() {
+        let [a, b] = visible.extent(n);
+        assert!((a - low[axis]).abs() < 1e-9 && (b - high[axis]).abs() < 1e-9, "axis {axis}: {a} to {b}");
+    }
+    // A region that holds the block and shows nothing, and one beside it that shows everything.
+    let even = |a: f64| TransferFunction::new(vec![(0.0, [1.0; 3])], vec![(0.0, a)]).unwrap();
+    let ball = |at: DVec3, r: f64, a: f64| FocusRegion::new(FocusShape::Sphere { radius: r }, at, even(a)).unwrap();
+    let with = |region: FocusRegion| scene(0.0, 0.0, PARALLEL).with_regions(vec![region]).unwrap();
+    assert!(Visible::of(&with(ball(DVec3::new(20.0, 36.0, 9.0), 60.0, 0.0)), &volume).is_none());
+    let visible = Visible::of(&with(ball(DVec3::new(50.0, 36.0, 9.0), 8.0, 0.5)), &volume).unwrap();
+    assert!(visible.extent(DVec3::X)[1] >= 58.0);
 }
 
 #[test]

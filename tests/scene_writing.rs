@@ -8,10 +8,10 @@ use glam::{DMat4, DVec3, DVec4};
 use proptest::prelude::*;
 use slicestack::scene::{
     Accumulation, Algorithm, AlphaTest, Annotations, Arithmetic, Blend, BlendFunction, Camera, Classification, ClipPlane, ColorMap,
-    Compare, Connectivity, CutPlane, Ends, Environment, Equation, Factor, Filter, Fog, FogDistance, FogEvaluation, FogMode, FogWeighting,
-    Gradient, Hit, LevelSurface, Light, LightSource, Lighting, Method, OpacityFrom, OpenGl, Order, Overrides, Placement, Projection,
-    Region, SampleAt, SceneFile, SceneFormat, Scissor, Shading, Shape, SlabForm, Slicing, Straight, TableColors, Target, TemplatePlane,
-    TextureFormat, Transfer2d, TransferFunction, Wrap, keys, write_scene,
+    Compare, Connectivity, CutPlane, Ends, Environment, Equation, Factor, Filter, FocusRegion, FocusShape, Fog, FogDistance, FogEvaluation,
+    FogMode, FogWeighting, Gradient, Hit, LevelSurface, Light, LightSource, Lighting, Method, OpacityFrom, OpenGl, Order, Overrides,
+    Placement, Projection, Region, SampleAt, SceneFile, SceneFormat, Scissor, SegmentEffect, SegmentStyle, Shading, Shape, SlabForm,
+    Slicing, Straight, TableColors, Target, TemplatePlane, TextureFormat, Transfer2d, TransferFunction, Wrap, keys, write_scene,
 };
 use slicestack::volume::edit::CropBox;
 use slicestack::volume::io::{Choice, Endian, RawSpec};
@@ -114,6 +114,30 @@ fn transfer2d(dice: &mut Dice) -> Transfer2d {
         Transfer2d::table((columns, rows), &colors, two(dice), two(dice)).unwrap()
     };
     if dice.flip() { transfer.with_unit(dice.positive()).unwrap() } else { transfer }
+}
+
+/// Any effects on any labels.
+fn segments(dice: &mut Dice) -> Vec<SegmentStyle> {
+    let mut labels: Vec<i64> = (0..1 + dice.below(5)).map(|_| dice.next() as i32 as i64).collect();
+    labels.sort_unstable();
+    labels.dedup();
+    let effect = |dice: &mut Dice| match dice.below(4) {
+        0 => SegmentEffect::Show,
+        1 => SegmentEffect::Hide,
+        2 => SegmentEffect::Tint { color: dice.rgb(), strength: dice.share() },
+        _ => SegmentEffect::Replace { color: dice.rgb(), opacity: dice.share() },
+    };
+    labels.into_iter().map(|label| SegmentStyle::new(label, effect(dice)).unwrap()).collect()
+}
+
+fn region(dice: &mut Dice) -> FocusRegion {
+    let shape = if dice.flip() {
+        FocusShape::Sphere { radius: dice.positive() }
+    } else {
+        FocusShape::Box { size: [dice.positive(), dice.positive(), dice.positive()] }
+    };
+    let transfer = transfer(dice).with_gradient_opacity(Vec::new()).unwrap();
+    FocusRegion::new(shape, dice.point(), transfer).unwrap()
 }
 
 fn camera(dice: &mut Dice) -> Camera {
@@ -266,6 +290,14 @@ fn random(seed: u64) -> Scene {
     }
     let planes = (0..dice.below(7)).map(|_| ClipPlane::new(dice.point(), dice.number()).unwrap()).collect();
     s = s.with_clip_planes(planes).unwrap();
+    if dice.below(3) == 0 {
+        let segments = segments(dice);
+        s = tried(s, |s| s.with_segments(segments));
+    }
+    if dice.below(4) == 0 {
+        let regions = (0..1 + dice.below(8)).map(|_| region(dice)).collect();
+        s = tried(s, |s| s.with_regions(regions));
+    }
     if dice.below(4) == 0 {
         let gl = opengl(dice, s.fog().is_some());
         s = tried(s, |s| s.with_opengl(gl));
@@ -367,7 +399,10 @@ fn volume(scene: &Scene) -> Volume {
     let cloud = Phantom::Cloud.volume(8).unwrap();
     match scene.opacity_from() {
         Some(_) => Volume::with_colors(cloud.grid().clone(), vec![90u8; 4 * 512].into()).unwrap(),
-        None => cloud,
+        None => {
+            let labels = Volume::new(cloud.grid().clone(), vec![0u8; 512].into()).unwrap();
+            cloud.with_labels(&labels).unwrap()
+        }
     }
 }
 
@@ -445,6 +480,10 @@ fn sources() -> Vec<VolumeSource> {
             1..2,
         ])),
         VolumeSource::new(Origin::Phantom(Phantom::Cloud, 16)).with_crop(CropBox::World([[-1.5, 2.25], [0.0, 1e-3], [-3.0, 7.0]])),
+        VolumeSource::new(Origin::File("head.nrrd".into())).with_labels(
+            VolumeSource::new(Origin::File("a \"b\".seg.nrrd".into()))
+                .with_choice(Choice::new().series("1.2.840").array("c d").level(1).frame(2).channel(4)),
+        ),
     ]
 }
 

@@ -21,7 +21,7 @@ pub(crate) use change::{CHANGES, ChangeClasses, most as most_change, strongest};
 pub(crate) use colors::ColorTable;
 pub(crate) use knots::{KnotTable, Piece as KnotPiece};
 pub(crate) use pair::PairTable;
-pub(crate) use slab::{Detail, Measure, Slab};
+pub(crate) use slab::{Detail, Measure, Slab, of_straight};
 pub(crate) use value::ValueTable;
 
 use crate::lanes::LookupTable;

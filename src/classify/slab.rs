@@ -48,7 +48,7 @@ pub(crate) fn color(transfer: &TransferFunction, value: f64, slab: Slab) -> [f64
 }
 
 /// The same of a straight colour and an opacity per reference length.
-pub(super) fn of_straight(straight: Straight, slab: Slab) -> [f64; 4] {
+pub(crate) fn of_straight(straight: Straight, slab: Slab) -> [f64; 4] {
     if slab.measure == Measure::Thinness {
         let depth = if straight.alpha >= 1.0 { f64::INFINITY } else { -slab.ratio * libm::log1p(-straight.alpha) };
         return [0.0, 0.0, 0.0, thinness(depth)];

@@ -3,8 +3,8 @@ use crate::fragment::Batch;
 use crate::raster::Resolve;
 use crate::renderer::OverBackground;
 use crate::scene::{
-    Accumulation, Camera, Classification, ClipPlane, Ends, Filter, Fog, FogDistance, FogMode, FogWeighting, LevelSurface, Order, Placement,
-    Projection, SampleAt, SlabForm, Straight, Target, TransferFunction,
+    Accumulation, Camera, Classification, ClipPlane, Ends, Filter, FocusRegion, FocusShape, Fog, FogDistance, FogMode, FogWeighting,
+    LevelSurface, Order, Placement, Projection, SampleAt, SegmentEffect, SegmentStyle, SlabForm, Straight, Target, TransferFunction,
 };
 use crate::volume::phantom::Phantom;
 use crate::volume::{Grid, Voxel, VoxelType, Voxels};
@@ -55,6 +55,7 @@ fn scenes() -> Vec<(&'static str, Volume, Scene)> {
         ("clipped", head(), scene(WIDE).with_clip_planes(vec![plane]).unwrap()),
         ("back to front", head(), scene(PARALLEL).with_order(Order::BackToFront)),
         ("rescaled", small, scene(PARALLEL)),
+        ("by place", by_place().0, by_place().1),
         ("tolerance", head(), scene(PARALLEL).with_slices(Slicing::Tolerance(0.01)).unwrap()),
         ("riemann", head(), method(scene(WIDE), Method { slab: SlabForm::Riemann, ..plain })),
         ("nearest", head(), method(scene(WIDE), Method { filter: Filter::Nearest, ..plain })),
@@ -123,6 +124,33 @@ fn the_last_recorded_value_is_the_rendered_pixel_to_the_bit() {
         let chosen = &e.record.pixels[e.record.chosen];
         assert!(chosen.slice.len() > 5, "{name}: {:?}", chosen.slice);
     }
+}
+
+/// The head, its upper half labelled 1, which is tinted; and a sphere in which another function holds.
+fn by_place() -> (Volume, Scene) {
+    let head = Phantom::SheppLogan.volume(24).unwrap();
+    let labels: Vec<u8> = (0..head.voxels().len()).map(|i| u8::from(i > head.voxels().len() / 2)).collect();
+    let volume = head.clone().with_labels(&Volume::new(head.grid().clone(), labels.into()).unwrap()).unwrap();
+    let tint = SegmentStyle::new(1, SegmentEffect::Tint { color: [0.1, 1.0, 0.2], strength: 0.8 }).unwrap();
+    let even = TransferFunction::new(vec![(0.0, [1.0; 3])], vec![(0.0, 0.1)]).unwrap();
+    let center = volume.grid().center();
+    let sphere = FocusRegion::new(FocusShape::Sphere { radius: 0.3 * volume.grid().radius() }, center, even).unwrap();
+    let scene = scene(WIDE).with_segments(vec![tint]).unwrap().with_regions(vec![sphere]).unwrap();
+    (volume, scene)
+}
+
+#[test]
+fn stages_that_go_by_place_are_on_record_before_the_correction() {
+    let (volume, scene) = by_place();
+    let e = explained(&volume, &scene, &Request::default());
+    let p = &e.record.pixels[e.record.chosen];
+    let names: Vec<&str> = p.stages.iter().map(|s| s.name.as_str()).collect();
+    assert_eq!(names, ["span", "texcoord", "fetch", "classify", "regions", "labels", "correct", "mask", "blend"]);
+    let color = |n: usize| match p.stages[n].columns.get("color") {
+        Some(Column::Triple(c)) => c.clone(),
+        _ => panic!("the colour of {} is not on record", names[n]),
+    };
+    assert!(color(3) != color(4) && color(4) != color(5), "each changes colours");
 }
 
 #[test]

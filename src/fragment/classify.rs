@@ -2,8 +2,8 @@
 
 use super::batch::Batch;
 use super::fetch;
-use super::frame::Frame;
-use crate::lanes::{Kernel, Lanes, Places, for_rows, row, row_mut};
+use super::frame::{ColorFrame, Frame};
+use crate::lanes::{Kernel, Lanes, LookupTable, Places, for_rows, row, row_mut};
 
 /// One linear lookup a fragment. `SPLIT` scales in two steps, for ranges whose scale leaves f32. Values are finite: the guard comes before it.
 pub(crate) struct Classify<const SPLIT: bool>;
@@ -25,6 +25,15 @@ pub(super) fn keep<L: Lanes>(batch: &mut Batch, r: usize, [red, green, blue, alp
     L::store(green, row_mut(&mut batch.slab.color[1], r));
     L::store(blue, row_mut(&mut batch.slab.color[2], r));
     L::store(alpha, row_mut(&mut batch.slab.alpha, r));
+}
+
+/// Premultiplied colour and opacity of values, by the table of `color`, whose scale is applied in two steps.
+#[inline(always)]
+pub(super) fn of_table<L: Lanes>(color: &ColorFrame, table: &LookupTable, value: L::F) -> [L::F; 4] {
+    let x = L::mul(L::mul(L::sub(value, L::splat(color.low)), L::splat(color.scale[0])), L::splat(color.scale[1]));
+    let x = L::min(L::max(x, L::splat(0.0)), L::splat(color.last));
+    let index = L::trunc(x);
+    L::lookup(table, index, L::sub(x, L::to_f(index)))
 }
 
 #[inline(always)]

@@ -96,7 +96,7 @@ pub(crate) struct Frame<'v> {
     /// How fragments add up.
     pub(crate) blend: BlendFrame,
     /// What stages need that scenes may ask for.
-    pub(crate) optional: OptionalFrame,
+    pub(crate) optional: OptionalFrame<'v>,
     /// Level surfaces, where rays are followed through them.
     pub(crate) surfaces: Option<Box<SurfaceFrame<'v>>>,
     /// Thinness of slabs, where pieces of them may be short and whole ones opaque.

@@ -7,7 +7,7 @@
 //! - every lane is computed, covered or not; uncovered lanes are made transparent before blending.
 //!
 //! ```text
-//!  span -> texcoord -> fetch -> [guard] -> classify -> [correct] -> [gradient] -> [gradient opacity] -> [light] -> [fog] -> [mask] -> blend
+//!  span -> texcoord -> fetch -> [guard] -> classify -> [regions] -> [labels] -> [correct] -> [gradient] -> [gradient opacity] -> [light] -> [fog] -> [mask] -> blend
 //! ```
 //!
 //! What is known of a stage besides its kernel stands in `scene::StageId`.
@@ -29,6 +29,8 @@ mod pair;
 mod pieces;
 pub(crate) mod project;
 mod rays;
+mod regions;
+mod segments;
 mod span;
 mod surfaces;
 mod texcoord;
@@ -52,6 +54,8 @@ pub(crate) use pair::{BEHIND, ClassifyPair, KeepValue};
 pub(crate) use pieces::{CorrectPieces, DEEP, PieceFrame, classify_pieces};
 pub(crate) use project::{ProjectAdd, ProjectAttenuated, ProjectAverage, ProjectIso, ProjectLmip, ProjectMax, ProjectMin};
 pub(crate) use rays::{RayBatch, TexcoordRays};
+pub(crate) use regions::{FocusFrame, RegionsFrame};
+pub(crate) use segments::{Effect, SegmentsFrame};
 pub(crate) use span::{Span, SpanPair};
 pub(crate) use surfaces::{BlendSurfaces, SurfaceFrame};
 pub(crate) use texcoord::{Texcoord, TexcoordFar, TexcoordPart};
@@ -87,7 +91,11 @@ pub(crate) enum Pieces {
 
 /// Constants of the stages that scenes may ask for.
 #[derive(Debug, Clone)]
-pub(crate) struct OptionalFrame {
+pub(crate) struct OptionalFrame<'v> {
+    /// Regions with transfer functions of their own, if there are any.
+    pub(crate) regions: Option<RegionsFrame>,
+    /// Segments of a label map, where any is hidden, tinted or replaced.
+    pub(crate) segments: Option<SegmentsFrame<'v>>,
     /// How gradients are taken, where anything depends on them.
     pub(crate) gradient: Option<GradientFrame>,
     /// How opacity depends on the gradient, if it does.
@@ -100,12 +108,20 @@ pub(crate) struct OptionalFrame {
     pub(crate) fog: Option<FogFrame>,
 }
 
-impl OptionalFrame {
-    /// Those of `scene` in slices of `stack`, `ratio` reference lengths thick, through a volume on `grid` of such `numbers`; pixels whose
+impl<'v> OptionalFrame<'v> {
+    /// Those of `scene`, with `regions` and `segments` as they are prepared, in slices of `stack`, `ratio` reference lengths thick, through a volume on `grid` of such `numbers`; pixels whose
     /// transmittance is below `live` take nothing more.
-    pub(crate) fn of(scene: &Scene, grid: &Grid, stack: &Stack, numbers: Numbers, ratio: f64, live: f32) -> Self {
+    pub(crate) fn of(
+        scene: &Scene,
+        (regions, segments): (Option<RegionsFrame>, Option<SegmentsFrame<'v>>),
+        (grid, stack): (&Grid, &Stack),
+        (numbers, ratio): (Numbers, f64),
+        live: f32,
+    ) -> Self {
         let gradient = scene.needs_gradient().then(|| GradientFrame::new(scene.gradient(), grid, numbers.scale).with_live(live));
         Self {
+            regions,
+            segments,
             opacity: gradient.as_ref().and_then(|gradient| OpacityFrame::of(scene.transfer(), gradient)),
             transfer2d: gradient.as_ref().zip(scene.transfer2d()).map(|(g, transfer)| Transfer2dFrame::new(transfer, g, numbers, ratio)),
             light: scene.lighting().map(|lighting| LightingFrame::new(lighting, gradient.as_ref(), grid, stack)),
@@ -119,6 +135,8 @@ impl OptionalFrame {
 pub(crate) fn optional_kernel<'v>(stage: OptionalStage, scene: &Scene, pieces: Pieces, level: Level) -> Option<Run<'v>> {
     let option = stage.option();
     match stage {
+        OptionalStage::Regions => (option.wanted)(scene).then(|| regions::kernel(level)),
+        OptionalStage::Labels => (option.wanted)(scene).then(|| segments::kernel(scene.blend().projects_values(), level)),
         OptionalStage::Gradient => scene.needs_gradient().then(|| gradient::kernel(level)),
         OptionalStage::GradientOpacity => (option.wanted)(scene).then(|| gradient_opacity::kernel(level)),
         OptionalStage::Transfer2d => scene.transfer2d().map(|_| transfer2d::kernel(level)),

@@ -25,6 +25,14 @@ fn cells<L: Lanes, const INNER: bool>(batch: &mut Batch, steps: &Steps<L>, r: us
 /// [`cells`] along one axis.
 #[inline(always)]
 fn cell<L: Lanes, const INNER: bool>(batch: &mut Batch, steps: &Steps<L>, r: usize, axis: usize) -> L::F {
+    let (cell, weight) = split::<L, INNER>(batch, steps, r, axis);
+    L::store(weight, row_mut(&mut batch.sample.weight[axis], r));
+    cell
+}
+
+/// The lower corner of one row's cells along one axis, in voxels from the base voxel, and where in them its fragments lie.
+#[inline(always)]
+fn split<L: Lanes, const INNER: bool>(batch: &Batch, steps: &Steps<L>, r: usize, axis: usize) -> (L::F, L::F) {
     let mut u = L::add(L::splat(steps.rows[axis][r]), steps.across[axis]);
     if !INNER {
         // Clamp to edge: half a voxel at the border of a `cells` box has the border's value.
@@ -35,19 +43,28 @@ fn cell<L: Lanes, const INNER: bool>(batch: &mut Batch, steps: &Steps<L>, r: usi
     if !INNER {
         cell = L::min(cell, L::splat(batch.geometry.top[axis]));
     }
-    L::store(L::sub(u, cell), row_mut(&mut batch.sample.weight[axis], r));
-    cell
+    (cell, L::sub(u, cell))
+}
+
+/// The voxels nearest to one row's fragments, in voxels from the base voxel, along each axis: those that lookups of the nearest voxel find.
+#[inline(always)]
+pub(super) fn nearest<L: Lanes>(batch: &Batch, steps: &Steps<L>, r: usize) -> [L::I; 3] {
+    [0, 1, 2].map(|axis: usize| {
+        let inner = batch.geometry.inner;
+        let (cell, weight) = if inner { split::<L, true>(batch, steps, r, axis) } else { split::<L, false>(batch, steps, r, axis) };
+        L::trunc(L::add(cell, L::keep(L::le(L::splat(0.5), weight), L::splat(1.0))))
+    })
 }
 
 /// Index coordinates of rows' first fragments, and offsets of columns from them, along each axis.
-struct Steps<L: Lanes> {
+pub(super) struct Steps<L: Lanes> {
     rows: [[f32; SIDE]; 3],
     across: [L::F; 3],
 }
 
 /// The steps of a batch.
 #[inline(always)]
-fn steps<L: Lanes>(batch: &Batch) -> Steps<L> {
+pub(super) fn steps<L: Lanes>(batch: &Batch) -> Steps<L> {
     let numbers = L::load(&NUMBERS);
     let [x, y, z] = batch.geometry.across;
     let mut rows = [[0.0; SIDE]; 3];

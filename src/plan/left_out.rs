@@ -146,16 +146,16 @@ fn saving(stage: OptionalStage) -> Saving {
         OptionalStage::Light | OptionalStage::GradientOpacity | OptionalStage::Transfer2d => {
             Saving::Shown { saved: 1, done: 0, unit: "lanes" }
         }
-        OptionalStage::Fog => lanes("lanes"),
+        OptionalStage::Fog | OptionalStage::Regions | OptionalStage::Labels => lanes("lanes"),
     }
 }
 
 /// Whether a stage goes together with the scene's way to integrate. A gradient is taken for the stages that need one.
 fn could_run(stage: OptionalStage, scene: &Scene) -> bool {
-    use OptionalStage::{Fog, Gradient, GradientOpacity, Light, Transfer2d};
+    use OptionalStage::{Fog, Gradient, GradientOpacity, Labels, Light, Regions, Transfer2d};
     match stage {
         Gradient => [Light, GradientOpacity, Transfer2d].into_iter().any(|s| could_run(s, scene)),
-        Light | GradientOpacity | Transfer2d | Fog => {
+        Light | GradientOpacity | Transfer2d | Fog | Regions | Labels => {
             let (option, method) = (stage.option(), scene.method());
             let asked = [
                 (method.is_pre_integrated(), option.pairs),
@@ -173,6 +173,7 @@ fn without_slabs(stage: OptionalStage) -> &'static str {
         OptionalStage::Gradient | OptionalStage::Light => "surfaces are lit where rays meet them, not slice by slice",
         OptionalStage::GradientOpacity | OptionalStage::Transfer2d => "surfaces have opacities of their own",
         OptionalStage::Fog => "surfaces are drawn without fog",
+        OptionalStage::Regions | OptionalStage::Labels => "surfaces have colours of their own",
     }
 }
 

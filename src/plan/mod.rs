@@ -15,6 +15,7 @@ mod lookup;
 mod merging;
 mod needs;
 mod peaks;
+mod places;
 mod prepared;
 mod rays;
 mod scaling;
@@ -26,6 +27,7 @@ pub(crate) use lookup::PointLookup;
 pub(crate) use merging::Merging;
 pub(crate) use needs::{EndPieces, Needs, method, order};
 pub(crate) use peaks::Peaks;
+pub(crate) use places::PlaceBricks;
 pub(crate) use prepared::{MergedData, Prepared, SurfaceBricks, ThinnessData, TransferData, TransferKey, VolumeData, peak_classes};
 pub(crate) use rays::RayPlan;
 pub(crate) use scaling::Scaling;
@@ -45,6 +47,7 @@ use crate::skip::{Runs, SkipTable};
 use crate::volume::Volume;
 use hidden_values::hidden_up_to;
 use needs::{BlendKind, Lookup};
+use places::{Places, segments_frame};
 use scaling::value_range;
 use std::sync::Arc;
 
@@ -130,23 +133,32 @@ impl<'v> FramePlan<'v> {
             by,
             transfer2d: scene.transfer2d().cloned(),
         });
+        let places = if needs.colors() { Places::new(scene, volume, (slab, stack.spacing), by, kept) } else { Places::default() };
         // No slab's opacity is larger than its optical depth.
         let strongest = scene.transfer2d().map_or(f64::from(transfer.strongest), |transfer2d| transfer2d.most_extinction() * ratio);
+        let strongest = strongest.max(f64::from(places.strongest()));
         needs.compensated |= needs.compensates_faint(stack.count, strongest);
         // Where empty slices count, or are looked at, all rows do.
-        let hidden = needs.skip && needs.colors() && !observed;
-        let (color, split) = color_frame(&data.scaling, &transfer, hidden);
+        let leave_out = needs.skip && needs.colors() && !observed;
+        let (color, split) = color_frame(&data.scaling, &transfer, leave_out);
         let labels = if let Classifier::Label(table) = &transfer.classifier { Some(Arc::new(label_frame(table, volume))) } else { None };
         let surfaces = scene.surfaces().filter(|_| needs.blend == BlendKind::Surfaces);
+        let deep = needs.short_pieces() && transfer.strongest.max(places.strongest()) >= DEEP;
+        let by_place =
+            (places.regions_frame(scene, volume, &data.scaling, (deep, leave_out), kept), segments_frame(scene, volume, slab, leave_out));
         let numbers = Numbers { scale: data.scaling.scale, offset: data.scaling.offset };
+        let live = if needs.terminate { terminate } else { 0.0 };
+        let mut sample = SampleFrame { labels: labels.clone(), ..sample_frame(volume, data, &needs, lookup, &color) };
+        // What shows nothing by the main transfer function may show in a region.
+        sample.hidden_up_to = sample.hidden_up_to.filter(|_| by_place.0.is_none());
         let mut frame = Frame {
-            sample: SampleFrame { labels: labels.clone(), ..sample_frame(volume, data, &needs, lookup, &color) },
+            sample,
             color,
             blend: BlendFrame { terminate, level: level_of(scene, &data.scaling, labels.as_deref()) },
-            optional: OptionalFrame::of(scene, volume.grid(), &stack, numbers, ratio, if needs.terminate { terminate } else { 0.0 }),
+            optional: OptionalFrame::of(scene, by_place, (volume.grid(), &stack), (numbers, ratio), live),
             surfaces: surfaces.as_ref().map(|s| Box::new(SurfaceFrame::new(s, scene, volume, &stack, |value| data.scaling.number(value)))),
             pieces: None,
-            colors: colors::source((volume, data), transfer.alphas.as_ref(), scene, hidden),
+            colors: colors::source((volume, data), transfer.alphas.as_ref(), scene, leave_out),
             attenuation: attenuation(scene, volume, data, &stack),
         };
         // Two more tables of that size would cost more than they save.
@@ -157,6 +169,11 @@ impl<'v> FramePlan<'v> {
             _ if !needs.skip => (None, None),
             Some(surfaces) => {
                 let (table, share) = kept.surface_table(surfaces, &runs);
+                (Some(table), Some(share))
+            }
+            None if !places.is_empty(scene) => {
+                let data: Vec<Arc<TransferData>> = std::iter::once(&transfer).chain(&places.regions).cloned().collect();
+                let (table, share) = kept.place_table(scene, &data, &runs);
                 (Some(table), Some(share))
             }
             None => (Some(kept.skip_table(&transfer, merged.as_deref(), &runs)), Some(transfer.bricks.share())),
@@ -176,7 +193,7 @@ impl<'v> FramePlan<'v> {
             split,
             fine: frame.color.fine.is_some(),
             level,
-            pieces: needs.short_pieces() && transfer.strongest >= DEEP,
+            pieces: deep,
             part: domain.is_some(),
         };
         if kernels.pieces {

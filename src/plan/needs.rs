@@ -249,10 +249,11 @@ pub(crate) fn method(scene: &Scene) -> Method {
 }
 
 /// Order of a picture's error in the thickness of slabs, on smooth scenes. Light is taken at one sample of a slab, which is its far side where
-/// slabs lie between two values: that leaves them the first order.
+/// slabs lie between two values: that leaves them the first order, as the faces of regions and segments do.
 pub(crate) fn order(scene: &Scene) -> u32 {
     let method = method(scene);
-    if method.is_pre_integrated() && scene.lighting().is_some() { 1 } else { method.order() }
+    let lit = method.is_pre_integrated() && scene.lighting().is_some();
+    if lit || scene.uses_labels() || !scene.regions().is_empty() { 1 } else { method.order() }
 }
 
 /// Whether two voxels may lie further apart than an i32 counts, in any layout that lookups read: samples of one ray lie anywhere.

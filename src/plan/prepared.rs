@@ -196,6 +196,9 @@ pub(crate) trait Prepared {
     /// Tables for `key`.
     fn transfer(&mut self, key: TransferKey) -> Arc<TransferData>;
 
+    /// Tables for `key`, of a region with a transfer function of its own.
+    fn region(&mut self, key: TransferKey) -> Arc<TransferData>;
+
     /// What it takes to make one slab of several like those of `data`; nothing where that cannot be.
     fn merged(&mut self, data: &TransferData) -> Option<Arc<MergedData>>;
 
@@ -204,6 +207,10 @@ pub(crate) trait Prepared {
 
     /// What bricks show of `data` (of slabs that are `merged`, how much changes there), in windows for `runs`.
     fn skip_table(&mut self, data: &TransferData, merged: Option<&MergedData>, runs: &Runs) -> Arc<SkipTable>;
+
+    /// What bricks show of `scene` where that depends on their place too, in windows for `runs`, and the share of bricks that show something. `data`
+    /// are the tables of the scene's transfer function and of its regions.
+    fn place_table(&mut self, scene: &Scene, data: &[Arc<TransferData>], runs: &Runs) -> (Arc<SkipTable>, f64);
 
     /// Which bricks may hold a place of `surfaces`, in windows for `runs`, and the share of bricks that may.
     fn surface_table(&mut self, surfaces: &Surfaces, runs: &Runs) -> (Arc<SkipTable>, f64);

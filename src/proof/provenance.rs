@@ -102,6 +102,7 @@ fn scene_text(scene: &Scene, source: &VolumeSource) -> Result<String> {
         Some(_) => source.clone().with_path(STAND_IN),
         None => source.clone(),
     };
+    let nameless = nameless.with_labels(None);
     let text = write_scene(scene, Some(&nameless), &Annotations::new(), SceneFormat::Toml)?;
     Ok(match nameless.origin {
         Origin::Phantom(..) => text,

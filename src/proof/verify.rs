@@ -154,7 +154,12 @@ fn value(scene: &str, section: &str, key: &str) -> Option<toml::Value> {
 
 /// A key by which a scene asks for a file to be read. A picture comes from anywhere, and must not choose which files are opened here.
 fn named_file(scene: &str) -> Option<&'static str> {
-    let keys = [("volume.path", "volume", "path"), ("transfer.file", "transfer", "file"), ("transfer2d.table", "transfer2d", "table")];
+    let keys = [
+        ("volume.path", "volume", "path"),
+        ("labels.path", "labels", "path"),
+        ("transfer.file", "transfer", "file"),
+        ("transfer2d.table", "transfer2d", "table"),
+    ];
     keys.into_iter().find(|(_, section, key)| value(scene, section, key).is_some_and(|v| v.is_str())).map(|(path, ..)| path)
 }
 

@@ -5,7 +5,7 @@ use super::cuts::Cuts;
 use super::field::{Along, Corners, corners, cubic, solve};
 use super::light::{Lights, LitRay};
 use super::panel::{DARK, Distance, Gathered, Haze, Piece, PieceFog, Quadrature};
-use super::segments::Segments;
+use super::places::{Look, Places};
 use super::spline::Spline;
 use crate::scene::{Blend, Fog, FogDistance, FogMode, FogWeighting, OptionalStage, Premultiplied, Scene, Straight, TransferFunction, View};
 use crate::volume::Volume;
@@ -45,7 +45,7 @@ impl RayResult {
 /// Slices, their order and early termination play no part: this is the limit of ever more slices. Values are interpolated
 /// trilinearly between voxel centres, constant from the outermost centres to the faces of the box, then classified by the exact
 /// transfer function. Cells that touch a NaN or infinite voxel are transparent. Light and gradient opacity see the exact gradient of the
-/// scene's kind; it is 0 where a voxel that it needs is NaN or infinite.
+/// scene's kind; it is 0 where a voxel that it needs is NaN or infinite. Segments end halfway between voxels, where the nearest one changes.
 ///
 /// Of voxels that are colours extinction -ln(1 - a) / L0 and emission, that times the colour, are interpolated: what interpolated premultiplied
 /// colours of ever thinner slabs come to. A voxel with a number that is NaN or infinite is transparent, others are clamped to `[0,1]`.
@@ -55,14 +55,14 @@ pub struct Integrator<'a> {
     /// The spline over the voxels, where the scene looks that up.
     spline: Option<Arc<Spline>>,
     view: View,
-    segments: Segments,
+    /// What values look like, place by place.
+    places: Places<'a>,
     /// Half-spaces normal . p >= offset, the scene's clip planes.
     planes: Vec<(DVec3, f64)>,
     /// Opaque planes that end rays.
     cuts: Cuts,
     fog: Option<Fog>,
     background: Premultiplied,
-    opacity_unit: f64,
     /// Whether colours are integrated as amounts of light, and pixels turned back into sRGB numbers.
     linear_light: bool,
     /// Light, and opacity by the gradient, where the scene asks for either.
@@ -76,7 +76,7 @@ impl<'a> Integrator<'a> {
     /// An integrator for `scene` over `volume`.
     ///
     /// # Errors
-    /// [`Error::Invalid`] when the scene asks for what the volume does not have ([`Scene::check_with`]), when the camera cannot be resolved, when the blend mode is not [`Blend::Over`], or for fog of literal
+    /// [`Error::Invalid`] when the scene asks for what the volume does not have ([`Scene::check_with`]), such as labels, when the camera cannot be resolved, when the blend mode is not [`Blend::Over`], or for fog of literal
     /// weighting: it adds the fog's colour once a slice, which has no limit as slices become many.
     pub fn new(scene: &Scene, volume: &'a Volume) -> Result<Self> {
         scene.check_with(volume)?;
@@ -110,12 +110,13 @@ impl<'a> Integrator<'a> {
             lights: Lights::new(scene, volume, &view, |c| if scene.linear_light() { light_of(c) } else { c }),
             view,
             spline: Spline::of(scene, volume)?.map(Arc::new),
-            segments: Segments::new(&transfer),
+            places: Places::new(scene, volume, (&transfer, scene.opacity_length(volume.grid())), |c| {
+                if scene.linear_light() { light_of(c) } else { c }
+            })?,
             planes: scene.clip_planes().iter().map(|p| (p.normal(), p.offset())).collect(),
             cuts: Cuts::new(scene, volume)?,
             fog,
             background,
-            opacity_unit: scene.opacity_length(volume.grid()),
             linear_light: scene.linear_light(),
             quadrature: Quadrature::new(),
             colors: ColorField::of(scene, volume, if scene.linear_light() { light_of } else { |c| c }).map(|c| (c, ColorQuadrature::new())),
@@ -203,6 +204,8 @@ impl<'a> Integrator<'a> {
         let distance = self.fog_distance(origin, stretch);
         let mut faces: [Faces; 3] = std::array::from_fn(|axis| Faces::new(at[axis], step[axis], entry, grid.dims()[axis]));
         let mut kinks = self.fog_kinks(distance);
+        let cuts = self.places.cuts((origin, direction), grid, (entry, exit));
+        let mut cuts = cuts.into_iter().peekable();
         let mut near = entry;
         while near < exit && gathered.transmittance > DARK {
             let mut far = exit;
@@ -215,7 +218,15 @@ impl<'a> Integrator<'a> {
                     far = far.min(*kink);
                 }
             }
+            while cuts.next_if(|&cut| cut <= near).is_some() {}
+            if let Some(&cut) = cuts.peek() {
+                far = far.min(cut);
+            }
             let middle = at + step * (0.5 * (near + far));
+            let Some(look) = self.places.look(origin + direction * (0.5 * (near + far)), middle) else {
+                near = far;
+                continue;
+            };
             let low: [i64; 3] = std::array::from_fn(|axis| (middle[axis].floor() as i64).clamp(-1, grid.dims()[axis] as i64 - 1));
             let place = at + step * near - DVec3::new(low[0] as f64, low[1] as f64, low[2] as f64);
             let way = step * (far - near);
@@ -223,7 +234,8 @@ impl<'a> Integrator<'a> {
                 near,
                 far,
                 share: (far - near) / (exit - entry),
-                length: (far - near) * stretch / self.opacity_unit,
+                look,
+                length: (far - near) * stretch / look.unit,
                 low,
                 place: place.to_array(),
                 way: way.to_array(),
@@ -249,7 +261,7 @@ impl<'a> Integrator<'a> {
     }
 
     /// Adds one piece of ray within one cell.
-    fn cell(&self, cell: &Corners, walk: &Walk, distance: Distance, gathered: &mut Gathered) {
+    fn cell(&self, cell: &Corners, walk: &Walk<'_>, distance: Distance, gathered: &mut Gathered) {
         let (mut least, mut most, mut finite) = (f64::INFINITY, f64::NEG_INFINITY, true);
         for &v in cell {
             least = least.min(v);
@@ -266,15 +278,16 @@ impl<'a> Integrator<'a> {
     }
 
     /// Adds one piece of ray with this field along it, whose values lie between `least` and `most`.
-    fn piece(&self, field: &dyn Along, (least, most): (f64, f64), walk: &Walk, distance: Distance, gathered: &mut Gathered) {
-        let (first, last) = (self.segments.position(least), self.segments.position(most));
-        if self.segments.transparent(first, last) {
+    fn piece(&self, field: &dyn Along, (least, most): (f64, f64), walk: &Walk<'_>, distance: Distance, gathered: &mut Gathered) {
+        let segments = &walk.look.segments;
+        let (first, last) = (segments.position(least), segments.position(most));
+        if segments.transparent(first, last) {
             return;
         }
         let mut lit = self.lights.as_ref().map(|lights| lights.on(&walk.ray, walk.low, walk.place, walk.way, self.spline.as_deref()));
         let cuts = lit.as_ref().map_or_else(Vec::new, |lit| lit.cuts(field));
         let mut add = |position: usize, a: f64, b: f64| {
-            if self.segments.transparent(position, position) || b <= a {
+            if segments.transparent(position, position) || b <= a {
                 return;
             }
             let fog = self.fog_on(walk, distance);
@@ -283,19 +296,19 @@ impl<'a> Integrator<'a> {
                 if let Some(lit) = &mut lit {
                     lit.enter(0.5 * (start + end));
                 }
-                let piece = Piece { field, segment: self.segments.segment(position), length: walk.length, fog, lit: lit.as_ref() };
+                let piece = Piece { field, segment: segments.segment(position), length: walk.length, fog, lit: lit.as_ref() };
                 self.quadrature.gather(&piece, start, end, TOLERANCE * walk.share, gathered);
                 start = end;
             }
         };
-        if first == last && self.segments.segment(first).most < 1.0 {
+        if first == last && segments.segment(first).most < 1.0 {
             add(first, 0.0, 1.0);
             return;
         }
         let mut start = 0.0;
         for end in field.turns().iter().chain([1.0]) {
             let (v0, v1) = (field.at(start), field.at(end));
-            let knots = self.segments.knots_between(v0.min(v1), v0.max(v1));
+            let knots = segments.knots_between(v0.min(v1), v0.max(v1));
             let mut a = start;
             for i in 0..=knots.len() {
                 // In the order in which the ray meets them.
@@ -303,7 +316,7 @@ impl<'a> Integrator<'a> {
                     0 => end,
                     left => solve(|s| field.at(s), |s| field.slope(s), knots[if v0 < v1 { i } else { left - 1 }], a, end),
                 };
-                add(self.segments.position(field.at(0.5 * (a + b))), a, b);
+                add(segments.position(field.at(0.5 * (a + b))), a, b);
                 a = b;
             }
             start = end;
@@ -341,7 +354,7 @@ impl<'a> Integrator<'a> {
     }
 }
 
-/// What the integrator does for the stages that `scene` asks for: its fog, if it has any; light and gradients are [`Lights`]. The match has no
+/// What the integrator does for the stages that `scene` asks for: its fog, if it has any; light and gradients are [`Lights`], regions and labels [`Places`]. The match has no
 /// wildcard, so that a stage without an answer here does not compile.
 ///
 /// # Errors
@@ -355,13 +368,17 @@ fn follow(scene: &Scene) -> Result<Option<Fog>> {
             }
             OptionalStage::Fog => fog = scene.fog().copied(),
             OptionalStage::Gradient | OptionalStage::GradientOpacity | OptionalStage::Transfer2d | OptionalStage::Light => {}
+            // See `Places`.
+            OptionalStage::Regions | OptionalStage::Labels => {}
         }
     }
     Ok(fog)
 }
 
 /// A piece of ray between two cuts.
-struct Walk {
+struct Walk<'l> {
+    /// What values look like on it.
+    look: &'l Look,
     /// Depth of its ends.
     near: f64,
     far: f64,

@@ -22,6 +22,7 @@ mod integrate;
 mod light;
 pub mod metrics;
 mod panel;
+mod places;
 mod regions;
 mod roots;
 mod segments;

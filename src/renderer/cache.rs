@@ -2,9 +2,9 @@
 
 use super::job::Clock;
 use crate::opengl::{Texture, TextureKey};
-use crate::plan::{MergedData, Prepared, SurfaceBricks, ThinnessData, TransferData, TransferKey, VolumeData, peak_classes};
+use crate::plan::{MergedData, PlaceBricks, Prepared, SurfaceBricks, ThinnessData, TransferData, TransferKey, VolumeData, peak_classes};
 use crate::proxy::Domain;
-use crate::scene::{Filter, Surfaces};
+use crate::scene::{Filter, MAX_FOCUS_REGIONS, Scene, Surfaces};
 use crate::skip::{PeakClasses, PeakTable, Runs, SkipTable};
 use crate::volume::OpacityFrom;
 use crate::volume::Volume;
@@ -29,6 +29,7 @@ pub(super) struct Cache {
     domain: Option<Domain>,
     /// Latest first.
     entries: Vec<Entry>,
+    places: PlaceEntries,
     /// Of the latest level surfaces.
     pub(super) surfaces: Option<SurfaceEntry>,
     /// Of the latest projection of the largest or smallest value.
@@ -50,6 +51,15 @@ pub(super) struct Entry {
 pub(super) struct PeakEntry {
     classes: PeakClasses,
     table: Option<Arc<PeakTable>>,
+}
+
+/// Of the latest regions and label maps.
+#[derive(Default)]
+pub(super) struct PlaceEntries {
+    /// Tables of regions, latest first.
+    regions: Vec<Entry>,
+    /// What bricks show, and their skip table of the latest view.
+    bricks: Option<(PlaceBricks, Option<Arc<SkipTable>>)>,
 }
 
 /// Bricks that hold some levels, and their skip table of the latest view.
@@ -81,6 +91,7 @@ impl Cache {
         if self.filter != filter {
             // A spline's values have another range.
             self.entries.clear();
+            self.places = PlaceEntries::default();
             self.surfaces = None;
             self.peaks = None;
             self.filter = filter;
@@ -108,9 +119,9 @@ impl Cache {
     }
 
     /// What [`Cache::volume_data`] gave last, and the tables made from it.
-    pub(super) fn kept(&mut self) -> (Option<&VolumeData>, KeptTables<'_>) {
+    pub(super) fn kept(&mut self) -> (Option<&VolumeData>, Kept<'_>) {
         let data = if self.filter.is_some() { self.spline.as_ref().map(|s| &*s.1) } else { self.volume.as_deref() };
-        (data, KeptTables { entries: &mut self.entries, surfaces: &mut self.surfaces, peaks: &mut self.peaks })
+        (data, Kept { entries: &mut self.entries, places: &mut self.places, surfaces: &mut self.surfaces, peaks: &mut self.peaks })
     }
 
     /// Voxels whose colours leave 0 to 1, as far as they have been counted.
@@ -125,44 +136,65 @@ impl Cache {
 
     /// The cache as a plan sees it, of `volume` and its `data`; what is made goes by `clock`.
     pub(super) fn keeper<'k>(&'k mut self, volume: &'k Volume, data: &'k VolumeData, clock: &'k mut Clock) -> Keeper<'k> {
-        let tables = KeptTables { entries: &mut self.entries, surfaces: &mut self.surfaces, peaks: &mut self.peaks };
-        Keeper { tables, volume, data, clock }
+        let kept = Kept { entries: &mut self.entries, places: &mut self.places, surfaces: &mut self.surfaces, peaks: &mut self.peaks };
+        Keeper { kept, volume, data, clock }
     }
 }
 
-/// What is kept of tables.
-pub(super) struct KeptTables<'k> {
+/// What the cache keeps for plans.
+pub(super) struct Kept<'k> {
     entries: &'k mut Vec<Entry>,
+    places: &'k mut PlaceEntries,
     surfaces: &'k mut Option<SurfaceEntry>,
     peaks: &'k mut Option<PeakEntry>,
 }
 
 /// See [`Cache::keeper`].
 pub(super) struct Keeper<'k> {
-    pub(super) tables: KeptTables<'k>,
+    pub(super) kept: Kept<'k>,
     pub(super) volume: &'k Volume,
     pub(super) data: &'k VolumeData,
     pub(super) clock: &'k mut Clock,
 }
 
+impl Entry {
+    fn new(data: Arc<TransferData>) -> Self {
+        Self { data, merged: None, thinness: None, skip_tables: [None, None] }
+    }
+}
+
 impl Keeper<'_> {
     fn entry(&mut self, data: &TransferData) -> Option<&mut Entry> {
-        self.tables.entries.iter_mut().find(|e| e.data.key == data.key)
+        let Kept { entries, places, .. } = &mut self.kept;
+        entries.iter_mut().chain(&mut places.regions).find(|e| e.data.key == data.key)
     }
 }
 
 impl Prepared for Keeper<'_> {
     fn transfer(&mut self, key: TransferKey) -> Arc<TransferData> {
-        let list = &mut *self.tables.entries;
+        let list = &mut *self.kept.entries;
         list.retain(|e| e.data.key.transfer == key.transfer && e.data.key.transfer2d == key.transfer2d);
         let at = list.iter().position(|e| e.data.key == key).unwrap_or_else(|| {
             let others = list.iter().map(|e| &*e.data);
             let data = self.clock.prepare(|| Arc::new(TransferData::new(key, self.volume, &self.data.bricks, others)));
-            list.push(Entry { data, merged: None, thinness: None, skip_tables: [None, None] });
+            list.push(Entry::new(data));
             list.len() - 1
         });
         list[..=at].rotate_right(1);
         list.truncate(KEPT);
+        Arc::clone(&list[0].data)
+    }
+
+    fn region(&mut self, key: TransferKey) -> Arc<TransferData> {
+        let list = &mut self.kept.places.regions;
+        let at = list.iter().position(|e| e.data.key == key).unwrap_or_else(|| {
+            let others = list.iter().map(|e| &*e.data);
+            let data = self.clock.prepare(|| Arc::new(TransferData::new(key, self.volume, &self.data.bricks, others)));
+            list.push(Entry::new(data));
+            list.len() - 1
+        });
+        list[..=at].rotate_right(1);
+        list.truncate(KEPT * MAX_FOCUS_REGIONS);
         Arc::clone(&list[0].data)
     }
 
@@ -202,8 +234,19 @@ impl Prepared for Keeper<'_> {
         table
     }
 
+    fn place_table(&mut self, scene: &Scene, data: &[Arc<TransferData>], runs: &Runs) -> (Arc<SkipTable>, f64) {
+        let kept = self.kept.places.bricks.take().filter(|(bricks, _)| bricks.serves(scene, data));
+        let make = || (self.clock.prepare(|| PlaceBricks::new(scene, data, self.volume, &self.data.bricks)), None);
+        let (bricks, table) = kept.unwrap_or_else(make);
+        let table = table.filter(|table: &Arc<SkipTable>| table.sides() == runs.sides);
+        let table = table.unwrap_or_else(|| Arc::new(SkipTable::new(&bricks.classes, runs.sides)));
+        let share = bricks.classes.share();
+        self.kept.places.bricks = Some((bricks, Some(Arc::clone(&table))));
+        (table, share)
+    }
+
     fn surface_table(&mut self, surfaces: &Surfaces, runs: &Runs) -> (Arc<SkipTable>, f64) {
-        let kept = self.tables.surfaces.take().filter(|entry| entry.bricks.surfaces == *surfaces);
+        let kept = self.kept.surfaces.take().filter(|entry| entry.bricks.surfaces == *surfaces);
         let make = || SurfaceEntry {
             bricks: self.clock.prepare(|| SurfaceBricks::new(surfaces, self.volume, &self.data.bricks)),
             skip_table: None,
@@ -213,18 +256,18 @@ impl Prepared for Keeper<'_> {
         let table = kept.unwrap_or_else(|| Arc::new(SkipTable::new(&entry.bricks.classes, runs.sides)));
         entry.skip_table = Some(Arc::clone(&table));
         let share = entry.bricks.classes.share();
-        *self.tables.surfaces = Some(entry);
+        *self.kept.surfaces = Some(entry);
         (table, share)
     }
 
     fn peak_table(&mut self, falls: bool, runs: &Runs) -> Arc<PeakTable> {
-        let kept = self.tables.peaks.take().filter(|entry| entry.classes.falls == falls);
+        let kept = self.kept.peaks.take().filter(|entry| entry.classes.falls == falls);
         let make = || PeakEntry { classes: self.clock.prepare(|| peak_classes(self.data, falls)), table: None };
         let mut entry = kept.unwrap_or_else(make);
         let kept = entry.table.take().filter(|table| table.sides() == runs.sides[0]);
         let table = kept.unwrap_or_else(|| Arc::new(entry.classes.table(runs.sides)));
         entry.table = Some(Arc::clone(&table));
-        *self.tables.peaks = Some(entry);
+        *self.kept.peaks = Some(entry);
         table
     }
 }

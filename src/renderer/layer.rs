@@ -185,6 +185,9 @@ impl Renderer {
         if !scene.cuts().is_empty() {
             return Err(Error::invalid("cut: a part of a volume does not know which planes rays meet in other parts"));
         }
+        if scene.uses_labels() || !scene.regions().is_empty() {
+            return Err(Error::invalid("labels and regions: a part of a volume is rendered without them"));
+        }
         if scene.needs_gradient() {
             return Err(Error::invalid("light: a part of a volume does not hold the voxels around it that gradients take"));
         }

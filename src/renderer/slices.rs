@@ -66,6 +66,7 @@ impl Renderer {
         let lookups = (scene.method().filter, scene.color_opacity(&volume), self.settings.limits.voxel_bytes);
         let data = self.cache.volume_data(&volume, lookups, domain, &mut job.clock)?;
         crate::lean::check(scene, data.bricks.non_finite)?;
+        scene.check_labels(&volume)?;
         let (level, observed) = (self.level, O::OBSERVES);
         let subject = Subject { scene, volume: &volume, data: &data, stack, terminate, detail, level, observed, domain };
         let plan = FramePlan::new(subject, &mut self.cache.keeper(&volume, &data, &mut job.clock));
@@ -109,10 +110,11 @@ impl Renderer {
         let (width, height) = scene.size();
         let view = scene.camera().resolve(self.volume.grid(), width, height).ok()?;
         let stack = Stack::new(self.volume.grid(), &view, scene.clip_planes(), count);
+        scene.check_labels(&self.volume).ok()?;
         let mut clock = super::job::Clock::default();
         let lookups = (scene.method().filter, scene.color_opacity(&self.volume), self.settings.limits.voxel_bytes);
         self.cache.volume_data(&self.volume, lookups, None, &mut clock).ok()?;
-        let (data, tables) = self.cache.kept();
+        let (data, kept) = self.cache.kept();
         let data = data?;
         let subject = Subject {
             scene,
@@ -125,7 +127,7 @@ impl Renderer {
             observed: true,
             domain: None,
         };
-        let mut keeper = super::cache::Keeper { tables, volume: &self.volume, data, clock: &mut clock };
+        let mut keeper = super::cache::Keeper { kept, volume: &self.volume, data, clock: &mut clock };
         Some(FramePlan::new(subject, &mut keeper))
     }
 }

@@ -11,7 +11,8 @@
 //! |(p - e).r| <= t (p - e).f, so with a = max(p.r - t p.f) and b = max(-p.r - t p.f) the nearest eye has e.f = -(a + b) / 2t and e.r = (a - b) / 2;
 //! likewise upwards; the eye is the farther of both.
 
-use super::{Blend, Camera, ClipPlane, LevelSurface, Placement, Projection, Scene, TransferFunction};
+use super::by_place::ByPlace;
+use super::{Blend, Camera, LevelSurface, Placement, Projection, Scene, TransferFunction};
 use crate::Volume;
 use crate::volume::bricks::{BRICK, Bricks};
 use crate::volume::{Grid, OpacityFrom};
@@ -54,21 +55,25 @@ impl Visible {
             None => volume.bricks(),
         };
         let shows = Shown::of(scene, volume, bricks)?;
-        let found = Self::bricks(scene.clip_planes(), volume, bricks, &shows);
+        let found = Self::bricks(scene, volume, bricks, &shows);
         (!found.bricks.is_empty()).then_some(found)
     }
 
-    fn bricks(clip: &[ClipPlane], volume: &Volume, bricks: &Bricks, shows: &Shown) -> Self {
+    fn bricks(scene: &Scene, volume: &Volume, bricks: &Bricks, shows: &Shown) -> Self {
         let grid = volume.grid();
         let ([nx, ny, nz], to_world) = (bricks.dims, grid.index_to_world());
         let side = BRICK as f64;
         let (slope, intercept) = volume.rescale();
+        let of_region = |r: &super::FocusRegion| Shown::opaque(r.transfer(), r.transfer().opacity_length(grid), grid);
+        let regions: Vec<Shown> = scene.regions().iter().map(of_region).collect();
+        let places = ByPlace::new(scene, volume, least_opacity(scene.opacity_length(grid), grid), 0.0);
         let seen: Vec<bool> = bricks
             .ranges
             .iter()
-            .map(|&(low, high)| {
+            .enumerate()
+            .map(|(at, &(low, high))| {
                 let (a, b) = (slope * f64::from(low) + intercept, slope * f64::from(high) + intercept);
-                low <= high && shows.between(a.min(b), a.max(b))
+                low <= high && places.show(at, volume, bricks, |n| regions.get(n).unwrap_or(shows).between(a.min(b), a.max(b)))
             })
             .collect();
         // Of volumes that are one brick thin nothing has much company.
@@ -88,7 +93,7 @@ impl Visible {
                     let count: usize = count.map(|row| around(x, nx).filter(|i| seen[row + i]).count()).sum();
                     let (x, y, z) = (ends(x, 0, nx), ends(y, 1, ny), ends(z, 2, nz));
                     let brick = [DVec3::new(x.0, y.0, z.0), DVec3::new(x.1, y.1, z.1)];
-                    let kept = clip.iter().all(|plane| found.farthest(&brick, plane.normal()) > plane.offset());
+                    let kept = scene.clip_planes().iter().all(|plane| found.farthest(&brick, plane.normal()) > plane.offset());
                     if kept && count > company {
                         found.bricks.push(brick);
                     }
@@ -127,6 +132,15 @@ fn opacity_bricks<'v>(scene: &Scene, volume: &'v Volume) -> Option<&'v Bricks> {
     Some(&volume.color_bricks(scene.color_opacity(volume)?)?.bricks)
 }
 
+/// Opacity per `length` from which on a brick of a volume on `grid` is seen.
+fn least_opacity(length: f64, grid: &Grid) -> f64 {
+    // 1 - (1 - a)^(side / length) = SEEN, solved for a.
+    let most = grid.dims().into_iter().max().unwrap_or(1) as f64;
+    let cells = BRICK as f64 * f64::max(1.0, most / USUAL);
+    let slabs = cells * grid.smallest_spacing() / length;
+    (-libm::expm1(libm::log1p(-SEEN) / slabs)).clamp(f64::MIN_POSITIVE, 1.0)
+}
+
 /// For which values something shows.
 enum Shown {
     /// Within one of these ranges.
@@ -152,12 +166,7 @@ impl Shown {
                     Some(transfer) => transfer.shown(min, max).ok()?,
                     None => scene.transfer().clone(),
                 };
-                // 1 - (1 - a)^(length / unit) = SEEN, solved for a.
-                let most = grid.dims().into_iter().max().unwrap_or(1) as f64;
-                let cells = BRICK as f64 * f64::max(1.0, most / USUAL);
-                let slabs = cells * grid.smallest_spacing() / scene.opacity_length(grid);
-                let least = -libm::expm1(libm::log1p(-SEEN) / slabs);
-                Some(Self::Ranges(ranges_above(by_value.opacity(), least.clamp(f64::MIN_POSITIVE, 1.0), |a| a)))
+                Some(Self::opaque(&by_value, scene.opacity_length(grid), grid))
             }
             Blend::Iso { level } => Some(Self::Ranges(vec![[level, f64::INFINITY]])),
             Blend::Surfaces => {
@@ -169,6 +178,11 @@ impl Shown {
             // Anything may be the least.
             Blend::Min => None,
         }
+    }
+
+    /// Values at which a brick of a volume on `grid` is seen through `transfer`, whose opacities refer to `length`.
+    fn opaque(transfer: &TransferFunction, length: f64, grid: &Grid) -> Self {
+        Self::Ranges(ranges_above(transfer.opacity(), least_opacity(length, grid), |a| a))
     }
 
     fn between(&self, low: f64, high: f64) -> bool {

@@ -49,6 +49,8 @@ impl Scene {
             scene.background = Straight { rgb: self.background.rgb.map(to_linear), alpha: self.background.alpha };
             scene.fog = self.fog.map(|fog| fog.with_color_turned(to_linear));
             scene.levels = self.levels_in_light();
+            scene.segments = self.segments_in_light();
+            scene.regions = self.regions_in_light();
             scene.lighting = self.lighting.as_ref().map(|lighting| lighting.with_colors_turned(to_linear));
         }
         scene

@@ -2,6 +2,7 @@
 
 mod algorithm;
 mod annotations;
+mod by_place;
 mod camera;
 mod clip;
 mod color;
@@ -20,6 +21,8 @@ mod phantom_transfer;
 pub mod preset;
 #[cfg(feature = "scene-file")]
 mod property;
+mod regions;
+mod segments;
 mod shade;
 mod stage;
 mod surfaces;
@@ -32,6 +35,7 @@ pub use crate::picture::MAX_SIDE;
 pub use crate::volume::OpacityFrom;
 pub use algorithm::{Algorithm, Connectivity, MAX_GAMES, TemplatePlane};
 pub use annotations::Annotations;
+pub(crate) use by_place::ByPlace;
 pub use camera::{Camera, Placement, Projection, View};
 pub use clip::{ClipPlane, MAX_CLIP_PLANES};
 pub use color::{Premultiplied, Straight};
@@ -52,6 +56,10 @@ pub use opengl::{
     TextureFormat, Wrap,
 };
 pub use preset::Preset;
+use regions::Share;
+pub use regions::{FocusRegion, FocusShape, MAX_FOCUS_REGIONS};
+pub(crate) use segments::LUMINANCE;
+pub use segments::{SegmentEffect, SegmentStyle, label_color};
 pub(crate) use shade::{LitPoint, unit};
 pub use stage::{Fits, InProjections, OptionalStage, Quantity, StageId, StageInfo, StageOption};
 pub(crate) use surfaces::Surfaces;
@@ -182,6 +190,8 @@ pub struct Scene {
     gradient: Gradient,
     clip_planes: Vec<ClipPlane>,
     cuts: Vec<CutPlane>,
+    segments: Vec<SegmentStyle>,
+    regions: Vec<FocusRegion>,
     blend: Blend,
     window: Option<[f64; 2]>,
     levels: Vec<LevelSurface>,
@@ -214,6 +224,8 @@ impl Scene {
             gradient: Gradient::default(),
             clip_planes: Vec::new(),
             cuts: Vec::new(),
+            segments: Vec::new(),
+            regions: Vec::new(),
             blend: Blend::Over,
             window: None,
             levels: Vec::new(),
@@ -513,6 +525,8 @@ impl Scene {
                 }
             }
         }
+        self.check_segments()?;
+        self.check_regions()?;
         if self.opengl.is_some() && self.algorithm != Algorithm::Slices {
             return Err(Error::invalid(format!("render algorithm {}: the profile opengl draws slices", self.algorithm.name())));
         }

@@ -10,9 +10,10 @@
 //! in the scene file; its kernel in `fragment`; the answer of `reference`. One that OpenGL draws too is drawn in `opengl`.
 
 use super::{FogWeighting, Scene};
+use std::cmp::Ordering;
 
 /// A stage, in the order that fragments go through them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum StageId {
     /// Which fragments a slice covers, and how long their pieces of the ray are.
@@ -41,6 +42,10 @@ pub enum StageId {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[non_exhaustive]
 pub enum OptionalStage {
+    /// Colour and opacity by the transfer function of the region that a fragment lies in.
+    Regions,
+    /// Segments of a label map hidden, tinted or replaced.
+    Labels,
     /// The gradient of the values at a fragment.
     Gradient,
     /// Opacity by the gradient's size.
@@ -158,13 +163,15 @@ pub struct StageOption {
 
 impl StageId {
     /// All stages, in their order.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 16] = [
         Self::Span,
         Self::Texcoord,
         Self::Fetch,
         Self::Guard,
         Self::Keep,
         Self::Classify,
+        Self::Optional(OptionalStage::Regions),
+        Self::Optional(OptionalStage::Labels),
         Self::Correct,
         Self::Optional(OptionalStage::Gradient),
         Self::Optional(OptionalStage::GradientOpacity),
@@ -222,15 +229,59 @@ impl StageId {
     pub const fn name(self) -> &'static str {
         self.info().name
     }
+
+    /// Its place in the order: stages that say what whole slabs look like come before the one that knows the length of a piece, those that
+    /// need that come after it.
+    const fn rank(self) -> u8 {
+        match self {
+            Self::Span => 0,
+            Self::Texcoord => 1,
+            Self::Fetch => 2,
+            Self::Guard => 3,
+            Self::Keep => 4,
+            Self::Classify => 5,
+            Self::Optional(OptionalStage::Regions | OptionalStage::Labels) => 6,
+            Self::Correct => 7,
+            Self::Optional(_) => 8,
+            Self::Mask => 9,
+            Self::Blend => 10,
+        }
+    }
+}
+
+impl Ord for StageId {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.rank().cmp(&other.rank()).then_with(|| match (self, other) {
+            (Self::Optional(a), Self::Optional(b)) => a.cmp(b),
+            _ => Ordering::Equal,
+        })
+    }
+}
+
+impl PartialOrd for StageId {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
 }
 
 impl OptionalStage {
     /// All of them, in their order.
-    pub const ALL: [Self; 5] = [Self::Gradient, Self::GradientOpacity, Self::Transfer2d, Self::Light, Self::Fog];
+    pub const ALL: [Self; 7] =
+        [Self::Regions, Self::Labels, Self::Gradient, Self::GradientOpacity, Self::Transfer2d, Self::Light, Self::Fog];
 
     /// What it is called, does and sets.
     pub const fn info(self) -> StageInfo {
         match self {
+            Self::Regions => StageInfo {
+                name: "regions",
+                about: "looks colour and opacity up in the transfer function of the region that a fragment lies in",
+                sets: &[Quantity::Color, Quantity::Alpha],
+            },
+            Self::Labels => StageInfo {
+                name: "labels",
+                about: "hides, tints or replaces segments: by the label of the voxel nearest to each fragment",
+                sets: &[Quantity::Covered, Quantity::Color, Quantity::Alpha],
+            },
             Self::Gradient => StageInfo {
                 name: "gradient",
                 about: "takes differences of the values around each fragment that shows: which way, and how steeply, they fall",
@@ -261,7 +312,31 @@ impl OptionalStage {
     pub fn option(self) -> StageOption {
         const SURFACES: InProjections = InProjections::Refused("values are projected, and have no surface to light");
         const SLABS: Fits = Fits::No("light changes from slab to slab where values do not");
+        const BY_PLACE: Fits = Fits::No("what lies side by side in space need not look alike where values do");
+        const BETWEEN: Fits = Fits::No("a slab between two values lies in two places; choose post");
         match self {
+            Self::Regions => StageOption {
+                key: "region",
+                wanted: |scene| !scene.regions().is_empty(),
+                absent: "the scene has none",
+                projections: InProjections::Refused("values are projected, and classified once a pixel"),
+                merging: BY_PLACE,
+                pairs: BETWEEN,
+                riemann: Fits::Yes,
+                opengl: Fits::No("OpenGL's tables know values alone"),
+                shows_in_empty_space: |_| None,
+            },
+            Self::Labels => StageOption {
+                key: "labels",
+                wanted: Scene::uses_labels,
+                absent: "no segment is hidden, tinted or replaced",
+                projections: InProjections::Runs,
+                merging: BY_PLACE,
+                pairs: BETWEEN,
+                riemann: Fits::Yes,
+                opengl: Fits::No("OpenGL's textures hold no labels here"),
+                shows_in_empty_space: |_| None,
+            },
             Self::Gradient => StageOption {
                 key: "light gradient",
                 wanted: Scene::needs_gradient,

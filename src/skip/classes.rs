@@ -16,7 +16,13 @@ pub(crate) struct BrickClasses {
 impl BrickClasses {
     /// Classes of `bricks`; `class` gives the class of a range of stored values.
     pub(crate) fn new(bricks: &Bricks, class: impl Fn(f64, f64) -> u8 + Sync) -> Self {
-        let classes: Vec<u8> = bricks.ranges.par_iter().map(|&(lo, hi)| class(f64::from(lo), f64::from(hi))).collect();
+        Self::by_place(bricks, |_, lo, hi| class(lo, hi))
+    }
+
+    /// The same where the class depends on the brick's position too: among all of them, x fastest.
+    pub(crate) fn by_place(bricks: &Bricks, class: impl Fn(usize, f64, f64) -> u8 + Sync) -> Self {
+        let each = |(at, &(lo, hi)): (usize, &(f32, f32))| class(at, f64::from(lo), f64::from(hi));
+        let classes: Vec<u8> = bricks.ranges.par_iter().enumerate().map(each).collect();
         let shown = classes.par_iter().filter(|&&c| c > 0).count();
         Self { dims: bricks.dims, classes, shown }
     }

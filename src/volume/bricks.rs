@@ -1,6 +1,8 @@
 //! Range of values in bricks of 4 x 4 x 4 cells: where nothing in the range shows, a renderer passes over the brick.
 
+use super::Grid;
 use super::voxels::{Voxel, VoxelType, Voxels, with_voxels};
+use glam::DVec3;
 use rayon::prelude::*;
 
 /// Cells along a brick's side. With twice as many a fifth more batches have to be looked at.
@@ -25,6 +27,22 @@ pub(crate) struct Bricks {
 }
 
 impl Bricks {
+    /// The corners, in the world, of what lookups in brick `at` of a volume on `grid` reach: to the box's faces at its border.
+    pub(crate) fn corners(&self, at: usize, grid: &Grid) -> [DVec3; 8] {
+        let [nx, ny, _] = self.dims;
+        let (first, last) = grid.index_bounds();
+        let place = [at % nx, at / nx % ny, at / (nx * ny)];
+        let ends: [[f64; 2]; 3] = std::array::from_fn(|axis| {
+            let (n, count) = (place[axis], self.dims[axis]);
+            let low = if n == 0 { first[axis] } else { (n * BRICK) as f64 };
+            [low, if n + 1 == count { last[axis] } else { ((n + 1) * BRICK) as f64 }]
+        });
+        std::array::from_fn(|c| {
+            let [x, y, z] = [0, 1, 2].map(|axis: usize| ends[axis][c >> axis & 1]);
+            grid.index_to_world().transform_point3(DVec3::new(x, y, z))
+        })
+    }
+
     /// The bricks of `voxels` on a grid of `dims`.
     pub(crate) fn new(voxels: &Voxels, dims: [usize; 3]) -> Self {
         with_voxels!(voxels, v => build(v, dims))

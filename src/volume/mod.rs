@@ -10,6 +10,7 @@ mod grid;
 #[cfg(feature = "formats")]
 pub mod io;
 mod joint_histogram;
+mod labels;
 pub(crate) mod packed;
 pub mod phantom;
 #[cfg(feature = "scene-file")]
@@ -26,6 +27,7 @@ pub use channels::{Channels, Colors, Segment};
 pub use colors::OpacityFrom;
 pub use grid::{BoxConvention, Grid, LengthUnit, Space};
 pub use joint_histogram::{JOINT_BINS, JointBin, JointHistogram};
+pub use labels::{LabelMap, MAX_LABELS};
 #[cfg(feature = "formats")]
 pub use source::{Origin, VolumeSource};
 pub use stats::{HISTOGRAM_BINS, Statistics};
@@ -85,6 +87,8 @@ pub struct Volume {
     voxels: Voxels,
     /// Red, green, blue and alpha of one voxel after the other, where the voxels are colours.
     colors: Option<Voxels>,
+    /// The segment of each voxel, where a label map lies beside it.
+    labels: Option<Arc<LabelMap>>,
     slope: f64,
     intercept: f64,
     modality: Modality,
@@ -126,6 +130,7 @@ impl Volume {
             channels: Channels::Scalar,
             voxels,
             colors: None,
+            labels: None,
             slope: 1.0,
             intercept: 0.0,
             modality: Modality::Unknown,

@@ -4,7 +4,7 @@ use super::edit::CropBox;
 use super::io::{self, Choice, RawSpec};
 use super::phantom::Phantom;
 use super::{BoxConvention, Grid, Modality};
-use crate::{Limits, Progress, Result, Volume};
+use crate::{Error, Limits, Progress, Result, Volume};
 use glam::{DMat3, DVec3};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -43,6 +43,8 @@ pub struct VolumeSource {
     pub crop: Option<CropBox>,
     /// Which of several volumes of the file or folder is meant.
     pub choice: Choice,
+    /// The label map beside it: see [`Volume::with_labels`].
+    pub labels: Option<Box<VolumeSource>>,
     /// Pixels along the shorter side of the picture to be made, which choose a level of detail; see [`io::Reading::pixels`].
     pub pixels: Option<u32>,
 }
@@ -60,6 +62,7 @@ impl VolumeSource {
             modality: None,
             crop: None,
             choice: Choice::new(),
+            labels: None,
             pixels: None,
         }
     }
@@ -120,6 +123,13 @@ impl VolumeSource {
         self
     }
 
+    /// The source with a label map beside it, or without one.
+    #[must_use]
+    pub fn with_labels(mut self, labels: impl Into<Option<Self>>) -> Self {
+        self.labels = labels.into().map(Box::new);
+        self
+    }
+
     /// The source for a picture of so many pixels along its shorter side; see [`io::Reading::pixels`].
     #[must_use]
     pub fn with_pixels(mut self, pixels: impl Into<Option<u32>>) -> Self {
@@ -167,7 +177,8 @@ impl VolumeSource {
     ///
     /// # Errors
     /// Whatever the reader says, [`crate::Error::Limit`] when the voxels would exceed `limits`, [`crate::Error::Invalid`] for a
-    /// spacing, position or rescale that makes no grid and for a crop box beyond the volume, [`crate::Error::Stopped`] where `progress` stops it.
+    /// spacing, position or rescale that makes no grid and for a crop box beyond the volume, [`crate::Error::Format`] for labels that are none or not
+    /// the volume's, [`crate::Error::Stopped`] where `progress` stops it.
     pub fn load_told(&self, limits: &Limits, progress: Option<Arc<dyn Progress>>) -> Result<Volume> {
         let mut volume = match &self.origin {
             Origin::File(path) => io::read_as(path, &io::Reading { progress: progress.clone(), ..self.reading(limits) })?,
@@ -186,6 +197,15 @@ impl VolumeSource {
             volume = volume.with_modality(modality);
         }
         let volume = volume.with_convention(self.convention);
+        let volume = match &self.labels {
+            Some(labels) => {
+                let map = labels.load_told(limits, progress.clone())?;
+                let name = labels.path().unwrap_or(Path::new("labels"));
+                volume.with_labels(&map).map_err(|e| Error::format(name, e.to_string()))?
+            }
+            None => volume,
+        };
+        // Labels are cut with it.
         match &self.crop {
             Some(crop) => crop.part(&volume, progress.as_deref()),
             None => Ok(volume),

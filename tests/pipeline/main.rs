@@ -19,6 +19,7 @@ mod merged;
 mod methods;
 mod oracle;
 mod pieces;
+mod places;
 mod projections;
 #[cfg(feature = "scene-file")]
 mod random_tolerance;

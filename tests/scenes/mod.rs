@@ -6,9 +6,9 @@ mod rays;
 use glam::{DMat3, DMat4, DQuat, DVec3, DVec4};
 use slicestack::scene::{
     Accumulation, Algorithm, AlphaTest, Arithmetic, Blend, BlendFunction, Camera, Classification, ClipPlane, Compare, Connectivity, Ends,
-    Environment, Equation, Factor, Filter, Fog, FogDistance, FogEvaluation, FogMode, FogWeighting, Gradient, Hit, LevelSurface, Light,
-    LightSource, Lighting, Method, OpenGl, Order, Placement, Projection, Region, SampleAt, Scissor, Shading, Shape, SlabForm, Slicing,
-    Straight, Target, TemplatePlane, Transfer2d, TransferFunction, Wrap,
+    Environment, Equation, Factor, Filter, FocusRegion, FocusShape, Fog, FogDistance, FogEvaluation, FogMode, FogWeighting, Gradient, Hit,
+    LevelSurface, Light, LightSource, Lighting, Method, OpenGl, Order, Placement, Projection, Region, SampleAt, Scissor, SegmentEffect,
+    SegmentStyle, Shading, Shape, SlabForm, Slicing, Straight, Target, TemplatePlane, Transfer2d, TransferFunction, Wrap, label_color,
 };
 use slicestack::volume::phantom::Phantom;
 use slicestack::volume::{BoxConvention, Grid, VoxelType, Voxels};
@@ -93,6 +93,38 @@ fn plane(volume: &Volume, normal: DVec3, at: f64) -> ClipPlane {
 fn from(volume: &Volume, scene: Scene, eye: DVec3, target: DVec3, projection: Projection) -> Scene {
     let (c, r) = (volume.grid().center(), volume.grid().radius());
     scene.with_camera(Camera::new(Placement::LookAt { eye: c + eye * r, target: c + target * r, up: DVec3::Z }, projection).unwrap())
+}
+
+/// Labels 0 to 4 on `grid`: four sectors of the ball about its centre.
+pub(crate) fn sectors(grid: &Grid) -> Volume {
+    let [nx, ny, nz] = grid.dims();
+    let labels = (0..nx * ny * nz).map(|i| {
+        let at = [(i % nx, nx), (i / nx % ny, ny), (i / (nx * ny), nz)].map(|(i, n)| (2 * i + 1) as f64 / n as f64 - 1.0);
+        let [x, y, z] = at;
+        if x * x + y * y + z * z > 0.7 { 0 } else { 1 + u8::from(x > 0.0) + 2 * u8::from(y + z > 0.0) }
+    });
+    Volume::new(grid.clone(), labels.collect::<Vec<_>>().into()).unwrap()
+}
+
+/// A volume with [`sectors`] beside it.
+fn labelled(volume: Volume) -> Volume {
+    let labels = sectors(volume.grid());
+    volume.with_labels(&labels).unwrap()
+}
+
+/// The sectors hidden, tinted, replaced.
+fn styles() -> Vec<SegmentStyle> {
+    let tint = SegmentEffect::Tint { color: [0.2, 1.0, 0.4], strength: 0.8 };
+    let replace = SegmentEffect::Replace { color: [0.9, 0.3, 0.9], opacity: 0.06 };
+    [(1, SegmentEffect::Hide), (2, tint), (3, replace)].map(|(label, effect)| SegmentStyle::new(label, effect).unwrap()).to_vec()
+}
+
+/// A sphere and a box across each other.
+fn focus(volume: &Volume) -> Vec<FocusRegion> {
+    let (c, r) = (volume.grid().center(), volume.grid().radius());
+    let sphere = FocusRegion::new(FocusShape::Sphere { radius: 0.35 * r }, c - 0.1 * r, strong().with_unit(0.2 * r).unwrap()).unwrap();
+    let size = [0.9, 0.5, 0.7].map(|x| x * r);
+    vec![sphere, FocusRegion::new(FocusShape::Box { size }, c + DVec3::X * 0.3 * r, soft()).unwrap()]
 }
 
 /// Every scene.
@@ -325,6 +357,7 @@ pub(crate) fn samples() -> Vec<Sample> {
     cast(&mut list);
     rays::rays(&mut list);
     colors::samples(&mut list);
+    by_place(&mut list);
     list
 }
 
@@ -485,4 +518,29 @@ fn lit(list: &mut Vec<Sample>) {
     let v = head();
     let planes = vec![plane(&v, DVec3::new(0.2, 1.0, 0.3), 0.0)];
     add("lit-clip-back-to-front", v, in_light(s(), &two, &|_| {}).with_clip_planes(planes).unwrap().with_order(Order::BackToFront));
+}
+
+/// By place: segments of a label map, regions with functions of their own.
+fn by_place(list: &mut Vec<Sample>) {
+    let mut add = |name, volume: Volume, scene: Scene| list.push(Sample { name, volume, scene });
+    let s = || scene((48, 40), 50);
+    let lit = |s: Scene| s.with_lighting(Some(Lighting::default())).unwrap();
+    let all_around = labelled(on_oblique_grid(cloud(24, VoxelType::U8)));
+    let view = || looked(s(), 35.0, 25.0, 0.0, 1.2, WIDE).with_transfer(soft());
+    add("labels", all_around.clone(), lit(view().with_segments(styles()).unwrap()));
+    let places = focus(&all_around);
+    add("regions", all_around.clone(), view().with_regions(places.clone()).unwrap());
+    let both = view().with_segments(styles()).unwrap().with_regions(places).unwrap();
+    add("labels-in-regions", all_around, both.with_fog(Some(Fog::new(FogMode::Exp { density: 0.005 }, [0.7, 0.75, 0.8]).unwrap())));
+    let hidden = styles()[..1].to_vec();
+    add(
+        "mip-hidden",
+        labelled(head()),
+        looked(s(), 10.0, 30.0, 0.0, 1.3, PARALLEL).with_transfer(strong()).with_blend(Blend::Mip).unwrap().with_segments(hidden).unwrap(),
+    );
+    let alone: Vec<(i64, Straight)> =
+        (0..5).map(|l| (l, Straight { rgb: label_color(l), alpha: if l == 0 { 0.0 } else { 0.8 } })).collect();
+    let nearest = Method::default().with_filter(Filter::Nearest);
+    let colors = lit(looked(s(), 35.0, 25.0, 0.0, 1.2, WIDE).with_transfer(TransferFunction::of_labels(&alone).unwrap()));
+    add("labels-alone", sectors(head().grid()), colors.with_method(nearest).unwrap());
 }

@@ -7,8 +7,10 @@ use super::*;
 use crate::fragment::gradient::TakeGradient;
 use crate::fragment::gradient_opacity::WeighByGradient;
 use crate::fragment::light::{CueDepth, CueEach, Shade, ShadeAlong, ShadeEach};
+use crate::fragment::regions::ClassifyRegions;
+use crate::fragment::segments::{ApplySegments, HideSegments};
 use crate::proxy::Stack;
-use crate::scene::{Camera, Gradient, Light, LightSource, Lighting, Placement, Projection, TransferFunction};
+use crate::scene::{Camera, FocusRegion, FocusShape, Gradient, Light, LightSource, Lighting, Placement, Projection, TransferFunction};
 use crate::volume::Grid;
 use glam::DVec3;
 
@@ -34,6 +36,8 @@ fn levels_agree<K: for<'v> Kernel<Frame<'v>, Batch>>(name: &str, before: &[fn(&F
         let (mode, weighted) = (modes[round % modes.len()], round % 3 != 0);
         frame.optional.fog = Some(FogFrame { mode, color: [0.2, 0.5, 0.9], weighted });
         light_up(&mut frame, round);
+        let places = Voxels::U8((0..voxels.len()).map(|_| (n.bits() % 5) as u8).collect());
+        by_place(&mut frame, &places, &mut n);
         let mut start = batch(&mut n);
         for stage in before {
             stage(&frame, &mut start);
@@ -51,6 +55,24 @@ fn levels_agree<K: for<'v> Kernel<Frame<'v>, Batch>>(name: &str, before: &[fn(&F
         }
     }
     assert!(changed, "{name} never did anything");
+}
+
+/// Two regions, and labels of which most change something.
+fn by_place<'v>(frame: &mut Frame<'v>, places: &'v Voxels, n: &mut Numbers) {
+    let grid = Grid::with_spacing(DIMS, [0.7, 1.3, 0.2]).expect("a grid");
+    let any = TransferFunction::new(vec![(0.0, [1.0; 3])], vec![(0.0, 1.0)]).expect("a function");
+    let regions = [FocusShape::Sphere { radius: 2.5 }, FocusShape::Box { size: [6.0, 9.0, 1.5] }].map(|shape| {
+        let region = FocusRegion::new(shape, DVec3::new(5.0, 9.0, 1.2), any.clone()).expect("a region");
+        let table = Arc::new(LookupTable::new(&colors(n, 64, 9)));
+        let color = ColorFrame { table: table.clone(), ..frame.color.clone() };
+        FocusFrame::new(&region, &grid, color, Some(table))
+    });
+    frame.optional.regions = Some(RegionsFrame { regions: regions.to_vec(), leave_out: true });
+    let tint = Effect { keep: 0.3, mix: [0.1, 0.7, 0.4], ..Effect::SHOW };
+    let replace = Effect { add: [0.2, 0.3, 0.1], add_alpha: 0.4, thinness: 0.7, ..Effect::HIDE };
+    let effects = vec![Effect::SHOW, Effect::HIDE, tint, replace, Effect::HIDE];
+    frame.optional.segments =
+        Some(SegmentsFrame { places: places.slices(), strides: [DIMS[0], DIMS[0] * DIMS[1]], effects, leave_out: true });
 }
 
 /// Gradients of some kind, opacity that depends on them, and light of some kind on them.
@@ -105,6 +127,9 @@ fn corners_far(frame: &Frame<'_>, batch: &mut Batch) {
 fn every_kernel_gives_the_same_bits_at_every_level() {
     use VoxelType::*;
     levels_agree::<Span>("span", &[], &[U8]);
+    levels_agree::<ClassifyRegions>("regions", &[], &[U8]);
+    levels_agree::<ApplySegments>("labels", &[], &[U8]);
+    levels_agree::<HideSegments>("labels of projections", &[], &[U8]);
     levels_agree::<Texcoord>("texcoord", &[], &[U8]);
     levels_agree::<TexcoordFar>("texcoord far", &[], &[U8]);
     levels_agree::<FetchPairs8>("fetch 8", &[texcoord], &[U8, I8]);

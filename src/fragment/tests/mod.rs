@@ -19,6 +19,7 @@ mod light;
 mod pair;
 mod pieces;
 mod place;
+mod places;
 mod project;
 mod rays;
 mod shade;
@@ -73,6 +74,8 @@ fn twins(id: StageId) -> &'static [fn()] {
             pieces::thinness,
         ],
         StageId::Correct => &[shade::correct, shade::correct_riemann, pieces::correct],
+        StageId::Optional(OptionalStage::Regions) => &[places::regions],
+        StageId::Optional(OptionalStage::Labels) => &[places::segments, places::hidden_segments_of_projections],
         StageId::Optional(OptionalStage::Gradient) => &[
             gradient::of_slices,
             gradient::of_slices_deep_inside,
@@ -300,7 +303,7 @@ fn frame<'v>(voxels: &'v Voxels, n: &mut Numbers) -> Frame<'v> {
             first_visible: 0.0,
         },
         blend: BlendFrame { terminate: 0.01, level: 100.0 },
-        optional: OptionalFrame { gradient: None, opacity: None, transfer2d: None, light: None, fog: None },
+        optional: OptionalFrame { regions: None, segments: None, gradient: None, opacity: None, transfer2d: None, light: None, fog: None },
         surfaces: None,
         pieces: None,
         colors: None,

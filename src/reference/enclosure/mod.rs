@@ -119,7 +119,7 @@ impl<'a> Prover<'a> {
     ///
     /// # Errors
     /// [`Error::Invalid`] when the volume holds colours, when the camera cannot be resolved, and for what is not enclosed: blends other than
-    /// over, filters other than linear, light, opacity by gradient, functions of value and gradient, linear light, fog of literal weighting, the
+    /// over, filters other than linear, light, opacity by gradient, functions of value and gradient, regions, labels, linear light, fog of literal weighting, the
     /// profile `opengl`.
     pub fn new(scene: &Scene, volume: &'a Volume) -> Result<Self> {
         volume.check_scalars("bounds of rays")?;
@@ -192,6 +192,8 @@ fn refused(scene: &Scene) -> Option<&'static str> {
     OptionalStage::wanted(scene).find_map(|stage| match stage {
         OptionalStage::Fog if scene.fog().is_some_and(|f| f.weighting() == FogWeighting::Literal) => Some("fog weighting literal"),
         OptionalStage::Fog | OptionalStage::Gradient => None,
+        OptionalStage::Regions => Some("region"),
+        OptionalStage::Labels => Some("labels"),
         OptionalStage::Light => Some("light"),
         OptionalStage::GradientOpacity => Some("transfer gradient_opacity"),
         OptionalStage::Transfer2d => Some("a transfer function of value and gradient (transfer2d)"),

@@ -10,7 +10,7 @@ use super::job::{FrameResult, RenderJob};
 use crate::plan::{Detail, Planned, Saving};
 use crate::proxy::Stack;
 use crate::raster::{BlockMask, Finish, Observer};
-use crate::scene::{Blend, Classification, MAX_SLICES, Method, Scene};
+use crate::scene::{Blend, Classification, Fits, MAX_SLICES, Method, OptionalStage, Scene};
 use crate::{Error, Result};
 use search::{Ask, Goal};
 
@@ -64,7 +64,9 @@ impl Renderer {
         // Light and opacity by gradient are taken at one sample a slab, which leaves slabs between two values of the first order.
         // Colours have no values that slabs could lie between.
         let colors = self.volume.colors().is_some();
-        let free = job.scene.method() == Method::default() && job.scene.blend() == Blend::Over && !job.scene.needs_gradient() && !colors;
+        let pairs = OptionalStage::wanted(job.scene).all(|stage| stage.option().pairs == Fits::Yes);
+        let free =
+            job.scene.method() == Method::default() && job.scene.blend() == Blend::Over && !job.scene.needs_gradient() && !colors && pairs;
         // And there are no such slabs between shells, beside opaque planes, and so on.
         let free = free && job.scene.clone().with_method(second).is_ok();
         // What an error is asked for, slabs may become one wherever the method lets them.

@@ -18,9 +18,11 @@ mod clip;
 mod cut;
 mod fog;
 mod image;
+mod labels;
 mod light;
 mod opengl;
 mod projected;
+mod region;
 mod render;
 mod schema;
 mod section;
@@ -94,6 +96,12 @@ struct Document {
     /// What is drawn on the finished picture; nothing unless asked for.
     #[serde(skip_serializing_if = "is_default")]
     annotate: annotate::AnnotateKeys,
+    /// A label map beside the volume, or the volume itself where that is one, and what becomes of its segments.
+    #[serde(skip_serializing_if = "is_default")]
+    labels: labels::LabelKeys,
+    /// Up to eight regions of space in which other transfer functions hold.
+    #[serde(skip_serializing_if = "is_default")]
+    region: Vec<region::RegionKeys>,
     /// Up to six planes that cut the box.
     #[serde(skip_serializing_if = "is_default")]
     clip: Vec<clip::ClipKeys>,
@@ -162,6 +170,7 @@ impl SceneFile {
         let (source, partial) = (document.volume.source(&cx)?, document.before_data(&cx)?);
         // Whoever looks closer wants finer voxels.
         let side = f64::from(partial.size().0.min(partial.size().1));
+        let source = source.with_labels(document.labels.source(&cx)?);
         let source = source.with_pixels((side * document.camera.zoom().max(1.0)).min(f64::from(u32::MAX)) as u32);
         Ok(Self { base: base.to_path_buf(), source, partial, document, places })
     }
@@ -214,6 +223,8 @@ impl SceneFile {
         let ready = d.transfer.finish(&cx, &mut data)?.filter(|_| !d.transfer2d.given());
         data.scene.check_with(volume).map_err(|e| cx.places.locate(e))?;
         d.render.finish(&mut data)?;
+        d.labels.finish(&cx, &mut data)?;
+        region::finish(&d.region, &cx, &mut data)?;
         data.scene = d.camera.apply(&cx, data.scene, volume)?;
         d.image.finish(&mut data)?;
         if ready.is_some() {
@@ -244,8 +255,11 @@ impl SceneFile {
         if let Some(from) = scene.color_opacity(volume).filter(|_| scene.shows_nothing_of(volume)) {
             warnings.push(format!("the picture is empty: no voxel has an opacity above 0 by its {}", from.name()));
         }
-        let by_value =
-            scene.blend().blends_colors() && scene.transfer2d().is_none() && volume.scalars().is_some() && scene.cuts().is_empty();
+        let by_value = scene.blend().blends_colors()
+            && scene.transfer2d().is_none()
+            && volume.scalars().is_some()
+            && scene.cuts().is_empty()
+            && !scene.shows_by_place();
         if by_value && !scene.transfer().opaque_within(min, max) {
             warnings.push(format!("the picture is empty: the transfer function is transparent from {min} to {max}, all the data has"));
         }
@@ -296,6 +310,8 @@ impl Document {
         self.slices.check_merge(cx, &scene)?;
         let scene = self.fog.apply(cx, scene)?;
         let scene = clip::apply(&self.clip, cx, scene)?;
+        self.labels.before_data(cx)?;
+        region::before_data(&self.region, cx)?;
         let scene = self.render.apply(cx, scene)?;
         let scene = self.transfer2d.apply(cx, scene)?;
         let scene = self.light.apply(&self.lights, None, cx, scene)?;

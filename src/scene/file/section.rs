@@ -36,7 +36,7 @@ impl Context<'_> {
     }
 
     /// An error when one of `keys` is given, for the reason `why`.
-    pub(super) fn refuse(&self, keys: &[Given], why: &str) -> Result<()> {
+    pub(super) fn refuse(&self, keys: &[(&str, bool)], why: &str) -> Result<()> {
         keys.iter().find(|k| k.1).map_or(Ok(()), |(key, _)| Err(self.error(key, why)))
     }
 }

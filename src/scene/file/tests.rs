@@ -481,7 +481,7 @@ fn the_schema_knows_every_key_and_explains_it() {
     assert!(matches!(kind("transfer.preset"), Some(KeyKind::Text(words)) if words.contains(&"mr-brain".to_owned())));
     // Every section refuses what it does not know.
     for (section, inner) in schema["properties"].as_object().expect("sections") {
-        let inner = if ["clip", "cut", "lights"].contains(&section.as_str()) { &inner["items"] } else { inner };
+        let inner = if ["clip", "cut", "lights", "region"].contains(&section.as_str()) { &inner["items"] } else { inner };
         assert_eq!(inner["additionalProperties"], serde_json::json!(false), "{section}");
     }
 }

@@ -178,6 +178,12 @@ impl TransferKeys {
             data.scene = data.scene.clone().with_transfer(self.with_rest(transfer).map_err(|e| cx.places.locate(e))?);
             return Ok(lighting);
         }
+        if self.is_open(cx) && !cx.document.transfer2d.given() {
+            if let Some((transfer, lighting)) = cx.document.labels.alone(cx, data)? {
+                data.scene = data.scene.clone().with_transfer(self.with_rest(transfer).map_err(|e| cx.places.locate(e))?);
+                return Ok(Some(lighting));
+            }
+        }
         if let Some(guess) = self.guess(cx, data.volume) {
             data.notes.push(format!("transfer function {}: {} (--preset NAME: another)", guess.preset.name(), guess.reason));
             data.warnings.extend(guess.advice);
@@ -192,7 +198,7 @@ impl TransferKeys {
     }
 
     /// Whether the section says nothing about what values look like, and the volume is none that comes with its own transfer function.
-    fn is_open(&self, cx: &Context<'_>) -> bool {
+    pub(super) fn is_open(&self, cx: &Context<'_>) -> bool {
         !self.tells_looks() && cx.document.volume.unscaled_phantom().is_none()
     }
 

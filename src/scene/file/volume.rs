@@ -80,16 +80,16 @@ pub(super) enum SeriesKey {
 }
 
 /// Text first: a flag's value is text, whatever it looks like.
-fn series_words(_: &mut SchemaGenerator) -> Schema {
+pub(super) fn series_words(_: &mut SchemaGenerator) -> Schema {
     json_schema!({ "type": ["string", "integer", "null"], "minimum": 0 })
 }
 
 impl SeriesKey {
-    fn of(text: &str) -> Self {
+    pub(super) fn of(text: &str) -> Self {
         text.parse().map_or_else(|_| Self::Uid(text.to_owned()), Self::Number)
     }
 
-    fn text(&self) -> String {
+    pub(super) fn text(&self) -> String {
         match self {
             Self::Number(n) => n.to_string(),
             Self::Uid(uid) => uid.clone(),

@@ -4,7 +4,10 @@
 //! depends on the data when a file is read (a preset, a colour map's range, the zoom that fits, a surface's level) is written as what it came
 //! to, so that the text gives the same scene whatever later versions would choose.
 
-use super::{Document, MAX_BYTES, annotate, camera, clip, cut, fog, image, light, opengl, render, slices, transfer, transfer2d, volume};
+use super::{
+    Document, MAX_BYTES, annotate, camera, clip, cut, fog, image, labels, light, opengl, region, render, slices, transfer, transfer2d,
+    volume,
+};
 use crate::scene::{Annotations, Lighting, Scene, TransferFunction};
 use crate::volume::VolumeSource;
 use crate::{Error, Result};
@@ -80,6 +83,8 @@ impl Document {
             lights,
             render: render::RenderKeys::of(scene),
             opengl: opengl::OpenGlKeys::of(scene),
+            labels: labels::LabelKeys::of(scene, volume)?,
+            region: region::of(scene),
             clip: clip::of(scene),
             cut: cut::of(scene),
             annotate: annotate::AnnotateKeys::default(),

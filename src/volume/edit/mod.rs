@@ -49,6 +49,7 @@ impl Volume {
             grid,
             voxels,
             colors,
+            labels: None,
             statistics: Default::default(),
             bricks: Default::default(),
             color_bricks: Default::default(),
