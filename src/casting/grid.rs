@@ -5,13 +5,13 @@
 //! ```
 //! Values are the voxels' own, the transfer function is evaluated as it is, and all is computed in f64; the pixel alone is rounded to f32. A
 //! sample stands for the distance of two voxels along the axis, and where opacities refer to that very length it has the transfer function's
-//! own number. A picture of another size than the voxels' shows at each pixel the voxel that its centre lies in.
+//! own number. Voxels that are colours are samples as they are stored. A picture of another size than the voxels' shows at each pixel the voxel that its centre lies in.
 
 use super::{Cast, Scratch, rows};
 use crate::raster::Finish;
-use crate::scene::{Algorithm, Blend, Fog, FogDistance, LitPoint, Order, Placement, Premultiplied, Scene, Straight, View, unit};
+use crate::scene::{Algorithm, Blend, Fog, FogDistance, LitPoint, Order, Placement, Premultiplied, Scene, Straight, View, to_linear, unit};
 use crate::settings::Control;
-use crate::volume::{BoxConvention, Volume};
+use crate::volume::{BoxConvention, OpacityFrom, Volume};
 use crate::{Error, Result};
 use glam::DVec3;
 
@@ -42,6 +42,8 @@ pub(crate) struct Grid<'s> {
     ratio: f64,
     /// Level, straight colour and opacity of surfaces, rising.
     levels: Vec<(f64, [f64; 3], f64)>,
+    /// What opacities go by, where voxels are colours.
+    colors: Option<OpacityFrom>,
 }
 
 /// What is counted of a row of pixels.
@@ -70,7 +72,16 @@ impl<'s> Grid<'s> {
             (None, Blend::Iso { level }) => vec![(level, scene.transfer().eval(level).rgb, 1.0)],
             _ => Vec::new(),
         };
-        Ok(Self { scene, volume, view, axis, backwards, ratio: grid.spacing()[axis] / scene.opacity_length(grid), levels })
+        Ok(Self {
+            scene,
+            volume,
+            view,
+            axis,
+            backwards,
+            ratio: grid.spacing()[axis] / scene.opacity_length(grid),
+            levels,
+            colors: scene.color_opacity(volume),
+        })
     }
 
     /// Samples of each ray.
@@ -136,7 +147,7 @@ impl<'s> Grid<'s> {
     fn row(&self, first: [usize; 3]) -> impl DoubleEndedIterator<Item = (usize, [usize; 3], f64)> + use<'_, 's> {
         (0..self.samples() as usize).filter_map(move |k| {
             let voxel = self.voxel(first, k);
-            let value = self.volume.value(voxel);
+            let value = if self.colors.is_some() { 0.0 } else { self.volume.value(voxel) };
             let position = self.position(voxel);
             let kept = self.scene.clip_planes().iter().all(|p| p.normal().dot(position) >= p.offset());
             let seen = kept && self.view.depth(position) >= self.view.near;
@@ -182,9 +193,30 @@ impl<'s> Grid<'s> {
         self.scene.fog().map_or(color, mix)
     }
 
+    /// The colour of a voxel as it is stored, within 0 to 1; transparent where a number is none.
+    fn stored(&self, [i, j, k]: [usize; 3], from: OpacityFrom) -> Straight {
+        let [nx, ny, _] = self.volume.grid().dims();
+        let numbers = self.volume.colors().map_or([f64::NAN; 4], |colors| colors.get((k * ny + j) * nx + i));
+        if numbers.iter().any(|x| !x.is_finite()) {
+            return Straight { rgb: [0.0; 3], alpha: 0.0 };
+        }
+        let [r, g, b, alpha] = numbers.map(|x| x.clamp(0.0, 1.0));
+        let through = |number: f64| self.scene.transfer().eval(number).alpha;
+        let alpha = match from {
+            OpacityFrom::Alpha => alpha,
+            OpacityFrom::Luma => through((0.2126 * r + 0.7152 * g + 0.0722 * b).min(1.0)),
+            OpacityFrom::Maximum => through(r.max(g).max(b)),
+        };
+        let turned = if self.scene.linear_light() { [r, g, b].map(to_linear) } else { [r, g, b] };
+        Straight { rgb: turned, alpha }
+    }
+
     /// What a voxel looks like.
     fn sample(&self, (k, voxel, value): (usize, [usize; 3], f64)) -> Sample {
-        let Straight { rgb, alpha } = self.scene.transfer().eval(value);
+        let Straight { rgb, alpha } = match self.colors {
+            Some(from) => self.stored(voxel, from),
+            None => self.scene.transfer().eval(value),
+        };
         if alpha == 0.0 {
             return (rgb, 0.0);
         }

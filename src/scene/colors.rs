@@ -74,10 +74,14 @@ impl Scene {
                 "render.profile opengl: its texture is made of values, and these voxels are colours; choose accurate",
             ),
             (
-                self.algorithm() != Algorithm::Slices,
-                "render.algorithm: the others look values up, and these voxels are colours; choose slices",
+                !matches!(self.algorithm(), Algorithm::Slices | Algorithm::Grid),
+                "render.algorithm: the others look values up, and these voxels are colours; choose slices or grid",
             ),
             (self.jitter().is_some(), "slices.jitter: shifted slices look values up, and these voxels are colours"),
+            (
+                self.uses_labels() || !self.regions().is_empty(),
+                "labels and regions: change what values look like, and these voxels are colours",
+            ),
             (!self.cuts().is_empty(), "cut: planes inside the picture show values through a colour map, and these voxels are colours"),
             (self.transfer2d().is_some(), "transfer2d: goes by value and gradient, and these voxels are colours"),
             (

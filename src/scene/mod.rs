@@ -599,6 +599,11 @@ impl Scene {
                 )));
             }
         }
+        if (self.algorithm != Algorithm::Slices || self.jitter.is_some()) && (self.uses_labels() || !self.regions.is_empty()) {
+            return Err(Error::invalid(
+                "labels and regions: are found along flat slices; choose render.algorithm slices without slices.jitter",
+            ));
+        }
         if self.cuts.is_empty() {
             return Ok(());
         }

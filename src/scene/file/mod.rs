@@ -165,7 +165,8 @@ impl SceneFile {
     }
 
     fn build(text: &str, file: Option<&Path>, base: &Path, overrides: &Overrides) -> Result<Self> {
-        let (document, places) = table::document(text, file, overrides)?;
+        let (mut document, places) = table::document(text, file, overrides)?;
+        document.as_layers();
         let cx = Context { document: &document, places: &places, base };
         let (source, partial) = (document.volume.source(&cx)?, document.before_data(&cx)?);
         // Whoever looks closer wants finer voxels.
@@ -221,6 +222,7 @@ impl SceneFile {
         let mut data = Data { volume, scene: self.partial.clone(), warnings: Vec::new(), notes: Vec::new() };
         // A function of value and gradient stands in the place of a preset, and comes without its light.
         let ready = d.transfer.finish(&cx, &mut data)?.filter(|_| !d.transfer2d.given());
+        d.volume.finish(&cx, &mut data)?;
         data.scene.check_with(volume).map_err(|e| cx.places.locate(e))?;
         d.render.finish(&mut data)?;
         d.labels.finish(&cx, &mut data)?;
@@ -292,6 +294,18 @@ fn text_of_file(path: &Path, most: u64) -> Result<String> {
 }
 
 impl Document {
+    /// Layers are laid over each other as they are stored, where the scene says nothing else.
+    fn as_layers(&mut self) {
+        if self.volume.layers.is_none() {
+            return;
+        }
+        self.render.algorithm.get_or_insert(render::AlgorithmKey::Grid);
+        self.slices.terminate.get_or_insert(0.0);
+        if self.camera == camera::CameraKeys::default() {
+            self.camera.along = Some(camera::AlongKey::Z);
+        }
+    }
+
     /// All of the scene that does not depend on the data, so that a mistake is found before a volume is loaded.
     fn before_data(&self, cx: &Context<'_>) -> Result<Scene> {
         let from = self.transfer.opacity_from.map(OpacityFrom::from);

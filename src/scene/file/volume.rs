@@ -2,11 +2,11 @@
 
 use super::Place;
 use super::schema::names;
-use super::section::{Context, Given, Rivals, choices};
+use super::section::{Context, Data, Given, Rivals, choices};
 use crate::volume::edit::CropBox;
 use crate::volume::io::{Choice, Endian, RawSpec};
 use crate::volume::phantom::Phantom;
-use crate::volume::{BoxConvention, Modality, Origin, VolumeSource, VoxelType};
+use crate::volume::{BoxConvention, Channels, Modality, Origin, VolumeSource, VoxelType};
 use crate::{Error, Result};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
@@ -23,6 +23,9 @@ const MOST_PHANTOM_SIZE: usize = 1 << 16;
 pub(super) struct VolumeKeys {
     /// File or folder to read (DICOM, images, Zarr, NRRD, NIfTI, MetaImage, VTK, MRC, NumPy, raw), relative to the scene file.
     pub path: Option<String>,
+    /// Pictures with alpha as layers, instead of path: a folder or a pattern (layers/*.png), the first in front. They are laid over each other exactly as they
+    /// are stored, unless the scene says otherwise: render.algorithm = "grid", camera.along = "z", slices.terminate = 0, and alpha is the opacity of a layer.
+    pub layers: Option<String>,
     /// Built-in volume instead of a file.
     #[schemars(schema_with = "phantom_names")]
     pub phantom: Option<String>,
@@ -172,6 +175,7 @@ impl VolumeKeys {
             Origin::File(_) | Origin::Raw(..) => None,
         };
         Ok(Self {
+            layers: None,
             path,
             phantom: phantom.map(|(p, _)| p.name().to_owned()),
             size: phantom.map(|(_, size)| size),
@@ -227,6 +231,23 @@ impl VolumeKeys {
             (source.spacing, source.position) = (self.spacing, self.origin);
         }
         Ok(source)
+    }
+
+    /// Alpha of a layer is its opacity: opacities refer to the distance of two layers.
+    pub(super) fn finish(&self, cx: &Context<'_>, data: &mut Data<'_>) -> Result<()> {
+        if self.layers.is_none() {
+            return Ok(());
+        }
+        if *data.volume.channels() != Channels::Rgba {
+            return Err(cx.error(
+                "volume.layers",
+                "the pictures have no alpha, so the first would hide all others; volume.path reads them as a volume",
+            ));
+        }
+        if cx.document.transfer.opacity_unit.is_none() {
+            data.scene = data.scene.clone().with_opacity_unit(data.volume.grid().spacing()[2])?;
+        }
+        Ok(())
     }
 
     /// Which of several volumes is meant.
@@ -301,7 +322,12 @@ impl VolumeKeys {
             ("volume.frame", self.frame.is_some()),
             ("volume.channel", self.channel.is_some()),
         ];
-        match (&self.path, &self.phantom) {
+        if self.layers.is_some() {
+            let others = [("volume.path", self.path.is_some()), ("volume.phantom", self.phantom.is_some())];
+            cx.refuse(&others, "volume.layers is given too; a scene has one volume")?;
+        }
+        let key = if self.layers.is_some() { "volume.layers" } else { "volume.path" };
+        match (self.layers.as_ref().or(self.path.as_ref()), &self.phantom) {
             (Some(_), Some(_)) => Err(cx.error("volume.phantom", "volume.path is given too; a scene has one volume")),
             (None, None) => Err(cx.error("volume", "give volume.path (a file) or volume.phantom (a built-in volume)")),
             (None, Some(name)) => {
@@ -316,10 +342,10 @@ impl VolumeKeys {
             (Some(path), None) => {
                 cx.refuse(&[("volume.size", self.size.is_some())], "belongs to built-in volumes (volume.phantom), not to files")?;
                 // A path given as a flag means what it means to the shell.
-                let typed = cx.places.of("volume.path") == Some(Place::Flag);
+                let typed = cx.places.of(key) == Some(Place::Flag);
                 let full = if typed { Path::new(path).to_path_buf() } else { cx.base.join(path) };
                 if path.is_empty() {
-                    return Err(cx.error("volume.path", "is empty"));
+                    return Err(cx.error(key, "is empty"));
                 }
                 if self.is_raw() {
                     cx.refuse(&choices, "belongs to files with several volumes, not to raw files")?;
