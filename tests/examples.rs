@@ -160,10 +160,65 @@ fn lessons_run_from_the_command() {
 
 /// Paths of the scene files, sorted.
 fn scene_files() -> Vec<PathBuf> {
-    let mut paths: Vec<_> = fs::read_dir(package().join("examples/scenes")).unwrap().map(|e| e.unwrap().path()).collect();
-    paths.sort();
+    let paths = scenes_in("examples/scenes");
     assert!(paths.len() >= 10);
     paths
+}
+
+/// Paths of the scene files in a folder of the package, sorted.
+fn scenes_in(folder: &str) -> Vec<PathBuf> {
+    let all = fs::read_dir(package().join(folder)).unwrap().map(|e| e.unwrap().path());
+    let mut paths: Vec<_> = all.filter(|path| path.extension().is_some_and(|e| e == "toml")).collect();
+    paths.sort();
+    paths
+}
+
+#[test]
+fn every_topic_of_the_notes_has_a_scene_a_picture_and_a_word_to_change() {
+    let page = fs::read_to_string(package().join("docs/notes.md")).unwrap();
+    let paths = scenes_in("examples/scenes/notes");
+    assert!(paths.len() >= 35);
+    let mut small = Overrides::default();
+    small.set("image.width", "64");
+    small.set("image.height", "64");
+    let mut place = 0;
+    for path in paths {
+        let name = path.file_stem().unwrap().to_str().unwrap().to_owned();
+        let text = fs::read_to_string(&path).unwrap();
+        let command = format!("# slicestack render examples/scenes/notes/{name}.toml -o docs/notes/{name}.png");
+        assert!(text.lines().take(4).any(|line| line == command), "{name}: the first lines do not hold the command");
+        // The page tells them in the order of their numbers.
+        let (picture, link) = (format!("](notes/{name}.png)"), format!("](../examples/scenes/notes/{name}.toml)"));
+        assert!(page.contains(&picture), "{name}: no picture in docs/notes.md");
+        let at = page[place..].find(&link).unwrap_or_else(|| panic!("{name} is not in docs/notes.md, or comes too early"));
+        place += at;
+        let (width, height, _) = pixels(&package().join(format!("docs/notes/{name}.png")));
+        assert!(width <= 512 && height <= 512, "{name}: {width} x {height}");
+        let file = SceneFile::read(&path, &small).unwrap();
+        let source = located(file.volume());
+        if let Origin::File(data) | Origin::Raw(data, _) = &source.origin {
+            let is_pattern = data.to_string_lossy().contains('*');
+            if !is_pattern && !data.is_file() {
+                eprintln!("data absent: {}", data.display());
+                assert!(std::env::var_os("CI").is_none(), "data absent: {}", data.display());
+                continue;
+            }
+        }
+        let source = if name == "28-layers" { file.volume().clone() } else { source };
+        let volume = source.load(&Limits::default()).unwrap();
+        let (scene, warnings) = file.to_scene(&volume).unwrap();
+        assert!(warnings.is_empty(), "{name}: {warnings:?}");
+        let picture = render(&volume, &scene).unwrap();
+        let share = drawn(&picture.to_rgba8());
+        assert!(share > 0.05, "{name}: only {share} of the picture shows anything");
+    }
+    // Words that the page says to try are keys and values that there are.
+    let tried: Vec<&str> = page.split("`--").skip(1).filter_map(|rest| rest.split('`').next()).collect();
+    assert!(tried.len() >= 20, "{}", tried.len());
+    for words in tried {
+        let (key, value) = words.split_once(' ').unwrap();
+        assert!(slicestack::scene::keys().iter().any(|k| k.path == key), "--{key} {value}: no such key");
+    }
 }
 
 /// Where the file of a scene's volume is, with `$SLICESTACK_DATA` in place of the folder that scene files name.
