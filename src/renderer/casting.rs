@@ -18,9 +18,6 @@ impl Renderer {
         let algorithm = scene.algorithm();
         let name = algorithm.name();
         let no = |what: String| Err(Error::invalid(what));
-        if !algorithm.is_cast() {
-            return no(format!("render algorithm {name}: is not drawn yet"));
-        }
         if O::OBSERVES {
             return no(format!("render algorithm {name}: goes ray by ray, and has no slices to look at; choose slices"));
         }
