@@ -18,7 +18,6 @@ mod opengl;
 mod progressive;
 mod slices;
 
-#[cfg(all(test, feature = "explain"))]
 pub(crate) use finish::OverBackground;
 
 use crate::lanes::Level;
@@ -274,7 +273,7 @@ impl Renderer {
             }
         };
         if job.scene.blend() == Blend::Add && job.scene.window().is_none() {
-            warnings.extend(finish::saturation(&finish::OverBackground::new(job.scene, &done.method), pixels));
+            warnings.extend(finish::saturation(&OverBackground::new(job.scene, &done.method), pixels));
         }
         Ok(Drawn {
             slices: done.slices,
