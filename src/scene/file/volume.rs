@@ -284,7 +284,7 @@ impl VolumeKeys {
             return Ok(Some(CropBox::World(bounds)));
         }
         // As far as numbers of voxels are whole in f64.
-        let whole = |x: f64| x >= 0.0 && x <= 9_007_199_254_740_992.0 && libm::trunc(x) == x;
+        let whole = |x: f64| (0.0..=9_007_199_254_740_992.0).contains(&x) && libm::trunc(x) == x;
         if let Some([from, to]) = bounds.iter().find(|[from, to]| !(whole(*from) && whole(*to) && from < to)) {
             return Err(
                 cx.error("volume.crop", format!("[{from}, {to}]: two whole numbers of voxels are needed, 0 or more, the first smaller"))
