@@ -110,7 +110,7 @@ fn help_is_short_and_colours_have_names() {
     let dir = tempfile::tempdir().unwrap();
     for args in [&["render", "--help"][..], &["help", "render"], &["render", "-h"]] {
         let help = String::from_utf8(run(dir.path(), args).stdout).unwrap();
-        assert!(help.lines().count() < 128, "{} lines", help.lines().count());
+        assert!(help.lines().count() < 160, "{} lines", help.lines().count());
         assert!(help.contains("--camera.fit") && !help.contains("--opengl.alpha"), "{args:?}");
     }
     let opengl = String::from_utf8(run(dir.path(), &["help", "opengl"]).stdout).unwrap();

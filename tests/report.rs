@@ -191,7 +191,9 @@ fn a_small_scene_becomes_a_page_numbers_and_plots() {
     let rms: Vec<f64> = points.iter().filter(|p| p["method"] == "midpoint").map(|p| p["rms"].as_f64().unwrap()).collect();
     assert!(rms.len() >= 2 && rms[rms.len() - 1] < 0.5 * rms[0], "{rms:?}");
     assert_eq!(json["methods"].as_array().unwrap().len(), slicestack::study::METHODS.len());
-    assert!(json["methods"].as_array().unwrap().iter().all(|m| m["missing"].is_null()), "{}", json["methods"]);
+    // Along parallel rays shells are slices.
+    let missing = json["methods"].as_array().unwrap().iter().filter(|m| !m["missing"].is_null());
+    assert!(missing.clone().all(|m| m["name"] == "shells"), "{}", json["methods"]);
     // Every algorithm draws the scene, but for templates where rays are not parallel; rays as slices do.
     let error = |name: &str| {
         let row = json["algorithms"].as_array().unwrap().iter().find(|r| r["algorithm"] == name);

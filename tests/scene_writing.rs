@@ -504,7 +504,7 @@ fn volumes_read_back_too() {
 }
 
 /// Keys that stand for others, which are written in their place.
-const RESOLVED: [&str; 5] = ["transfer.preset", "transfer.file", "transfer.name", "transfer.colormap", "transfer.range"];
+const RESOLVED: [&str; 6] = ["volume.layers", "transfer.preset", "transfer.file", "transfer.name", "transfer.colormap", "transfer.range"];
 
 #[test]
 fn every_key_is_written_when_it_is_set() {
@@ -518,7 +518,7 @@ fn every_key_is_written_when_it_is_set() {
             }
         }
     };
-    (0..400).for_each(|seed| note(&write_scene(&random(seed), None, &Annotations::new(), SceneFormat::Toml).unwrap()));
+    (0..2000).for_each(|seed| note(&write_scene(&random(seed), None, &Annotations::new(), SceneFormat::Toml).unwrap()));
     sources().iter().for_each(|source| note(&write_scene(&random(0), Some(source), &Annotations::new(), SceneFormat::Toml).unwrap()));
     let mut all = Annotations::new();
     (all.colorbar, all.scale_bar, all.axes, all.box_edges, all.title) = (true, true, true, true, Some("a title".into()));

@@ -122,7 +122,6 @@ impl Algorithm {
                 "slices tolerance",
                 "samples are not chosen for an error; give slices.count",
             ),
-            (scene.jitter().is_some(), "slices jitter", "it is for slices"),
             (
                 scene.blending_order() == Order::BackToFront && !grid,
                 "slices order",

@@ -141,7 +141,7 @@ fn the_teaching_page_is_for_slices() {
     use slicestack::explain::{Request, explain};
     let scene = plain(telling(), 8, 8).with_algorithm(Algorithm::Rays).unwrap();
     let said = explain(&numbers([6, 6, 6]), &scene, &Settings::new(), &Request::new()).unwrap_err().to_string();
-    assert_eq!(said, "render algorithm rays: goes ray by ray, and has no slices to look at; choose slices");
+    assert_eq!(said, "render algorithm rays: a page shows flat slices, at one depth for all pixels; choose slices without jitter");
 }
 
 #[test]
