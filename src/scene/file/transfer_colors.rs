@@ -1,6 +1,6 @@
 //! The section `[transfer]` of a scene whose voxels are colours: what their opacity goes by.
 
-use super::section::{Context, Data};
+use super::section::{Context, Data, Given};
 use super::transfer::TransferKeys;
 use crate::Result;
 use crate::scene::{OpacityFrom, TransferFunction};
@@ -11,16 +11,9 @@ const RAMP: [(f64, f64); 2] = [(0.1, 0.0), (1.0, 0.25)];
 impl TransferKeys {
     /// Refuses keys of transfer functions, which go by a value.
     pub(super) fn refuse_values(&self, cx: &Context<'_>) -> Result<()> {
-        let keys = [
-            ("transfer.preset", self.preset.is_some()),
-            ("transfer.file", self.file.is_some()),
-            ("transfer.name", self.name.is_some()),
-            ("transfer.colormap", self.colormap.is_some()),
-            ("transfer.range", self.range.is_some()),
-            ("transfer.color", self.color.is_some()),
-            ("transfer.gradient_opacity", self.gradient_opacity.is_some()),
-            ("transfer.classification", self.classification.is_some()),
-        ];
+        let of_colors = |key: &str| matches!(key, "transfer.opacity" | "transfer.opacity_unit");
+        let keys: Vec<Given> = self.given().into_iter().filter(|(key, _)| !of_colors(key)).collect();
+        let keys = [keys, vec![("transfer.classification", self.classification.is_some())]].concat();
         cx.refuse(&keys, "is for voxels of one number; voxels that are colours take transfer.opacity_from, opacity and opacity_unit")
     }
 
