@@ -200,7 +200,9 @@ fn a_small_scene_becomes_a_page_numbers_and_plots() {
         row.unwrap_or_else(|| panic!("{name} is missing"))["rms"].as_f64().unwrap()
     };
     assert!((error("rays") / error("slices") - 1.0).abs() < 0.5, "{} for {}", error("rays"), error("slices"));
-    assert!(error("traversal, connectivity 6") < error("coin-flips, 64 games"));
+    // Every voxel that a ray passes tells more than one of each layer, and chance adds an error to that of slices.
+    assert!(error("traversal, connectivity 6") < error("traversal, connectivity 26"));
+    assert!(error("slices") < error("coin-flips, 64 games"));
     assert!(error("object-slices") < error("object-slices, spacing_correction false"));
     assert!(html.contains("<h2>Algorithms</h2>"));
     // Shares of a frame add up to it.

@@ -72,7 +72,10 @@ impl Scene {
         let (m, surfaces) = (&self.method, matches!(self.blend, Blend::Iso { .. } | Blend::Surfaces));
         let shells = self.algorithm == Algorithm::Shells;
         if self.jitter.is_some() && !matches!(self.algorithm, Algorithm::Slices | Algorithm::Shells) {
-            return Err(Error::invalid(format!("slices jitter: the algorithm {} has no slices to shift", self.algorithm.name())));
+            let name = self.algorithm.name();
+            return Err(Error::invalid(format!(
+                "slices jitter: does not go together with render algorithm {name}: it has no slices to shift"
+            )));
         }
         if self.jitter.is_some() && m.extrapolate {
             return Err(Error::invalid("slices extrapolate: noise of jitter (slices.jitter) is no series to extrapolate"));

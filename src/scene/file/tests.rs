@@ -345,7 +345,10 @@ fn bad_scenes_say_what_is_wrong_and_where() {
         ("[[cut]]\nnormal = [0, 0, 1]\nwindow = [40, -1]", "cut[0]: cut window 40,-1"),
         ("[[cut]]\nnormal = [0, 0, 1]\ncolormap = \"grey\"", "cut[0].colormap: unknown \"grey\"; the nearest known one is \"gray\""),
         ("[[cut]]\nnormal = [0, 0, 1]\n[render]\nblend = \"mip\"", "cut: planes inside the picture hide what is behind them"),
-        ("[slices]\njitter = 1\n[render]\nalgorithm = \"rays\"", "slices jitter: the algorithm rays has no slices to shift"),
+        (
+            "[slices]\njitter = 1\n[render]\nalgorithm = \"rays\"",
+            "slices jitter: does not go together with render algorithm rays: it has no slices to shift",
+        ),
         ("[[clip]]\nnormal = [0, 0, 1]\nofset = 2", "clip[0].ofset: unknown field `ofset`"),
         ("[camera]\neye = [1, 2, 3]\nazimuth = 4", "line 5: camera.azimuth: mixes the orbit form"),
         ("[camera]\nup = [0, 0, 1]", "line 4: camera.up: belongs to the look-at form, which needs camera.eye"),
