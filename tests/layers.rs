@@ -68,3 +68,17 @@ fn what_are_no_layers_is_refused_in_a_line() {
     let line = rendered(dir.path(), "[volume]\nlayers = \"*.png\"\npath = \"a.nrrd\"\n").unwrap_err().to_string();
     assert!(line.contains("volume.path") && line.contains("one volume"), "{line}");
 }
+
+#[test]
+fn layers_given_beside_a_scene_take_the_place_of_its_volume() {
+    let dir = tempfile::tempdir().unwrap();
+    (1..=3).for_each(|n| write(dir.path(), n));
+    let said = rendered(dir.path(), "[volume]\nlayers = \"*.png\"\n").unwrap();
+    let mut overrides = Overrides::default();
+    overrides.set("volume.layers", dir.path().join("*.png").to_str().unwrap());
+    let file = SceneFile::parse("[volume]\nphantom = \"cloud\"\nsize = 9\n", "", &overrides).unwrap();
+    let volume = file.volume().load(&Limits::default()).unwrap();
+    let (scene, _) = file.to_scene(&volume).unwrap();
+    let (picture, _) = Renderer::new(&volume, Settings::default()).render(&scene).unwrap();
+    assert_eq!(picture.sha256(), said.sha256());
+}

@@ -76,7 +76,7 @@ impl ReadingArgs {
 impl SceneArgs {
     /// Whether a scene or a volume is named.
     pub(super) fn names_a_volume(&self) -> bool {
-        self.input.is_some() || self.flags.has("volume.path") || self.flags.has("volume.phantom")
+        self.input.is_some() || ["volume.path", "volume.layers", "volume.phantom"].into_iter().any(|key| self.flags.has(key))
     }
 
     /// Whether a flag of this key was given.

@@ -132,11 +132,13 @@ fn type_names(_: &mut SchemaGenerator) -> Schema {
 }
 
 pub(super) const RIVALS: &[Rivals] = &[
-    (&["volume.path"], &["volume.phantom", "volume.size"]),
+    (&["volume.path"], &["volume.layers", "volume.phantom", "volume.size"]),
+    (&["volume.layers"], &["volume.path", "volume.phantom", "volume.size"]),
     (
         &["volume.phantom"],
         &[
             "volume.path",
+            "volume.layers",
             "volume.dimensions",
             "volume.type",
             "volume.endian",
