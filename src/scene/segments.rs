@@ -162,6 +162,7 @@ impl Scene {
     }
 
     /// Whether something may show where the transfer function shows nothing: in regions with one of their own, and in replaced segments.
+    #[cfg(feature = "scene-file")]
     pub(crate) fn shows_by_place(&self) -> bool {
         let replaced = |s: &SegmentStyle| matches!(s.effect, SegmentEffect::Replace { opacity, .. } if opacity > 0.0);
         !self.regions.is_empty() || self.segments.iter().any(replaced)

@@ -215,6 +215,7 @@ impl Volume {
     ///
     /// # Errors
     /// As [`Volume::with_labels`].
+    #[cfg(feature = "scene-file")]
     pub(crate) fn own_labels(&self) -> Result<Option<LabelMap>> {
         if matches!(self.channels, super::Channels::Label(_)) { LabelMap::new(self, &self.grid).map(Some) } else { Ok(None) }
     }

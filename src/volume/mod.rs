@@ -375,7 +375,6 @@ impl Volume {
 
     /// Smallest and largest finite value in the data's units; zeros when there is none. They come from the bricks, which are
     /// made in the same pass over the voxels where they are not there yet.
-    #[cfg(feature = "scene-file")]
     pub(crate) fn range(&self) -> (f64, f64) {
         if let Some(s) = self.statistics.get() {
             return (s.min, s.max);
