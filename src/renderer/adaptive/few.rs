@@ -16,6 +16,9 @@ const FINER: [(usize, u64); 2] = [(8, 64), (100, 16)];
 const LEAST: u64 = 8;
 /// And where they are all the same, or differ in few pixels alone.
 const UNSEEN: u64 = 128;
+/// No picture that has the last word has more slices than so many times the first count: a slab is then a small part of a voxel, and what is still to be
+/// found, at an opaque edge, is a matter of single pixels.
+const FINEST: u64 = 256;
 /// Pixels that make up an error, below which the picture is held against that many more too: where few pixels are wrong, others may be that no picture
 /// has shown yet, and each is a large part of what is asked for.
 const CROWD: f64 = 8.0;
@@ -59,15 +62,18 @@ pub(super) fn few(
         let off = rms(&four, &two);
         let mut error = rms(&one, &four) + off;
         if error <= wanted {
-            // Much finer pictures have the last word.
-            let mut judge = look((times * count).min(MOST), true)?;
-            let mut off = rms(&judge, &four) * REST;
-            error = rms(&one, &judge) + off;
-            // All the same, or all but a few pixels: something thin may have been missed by all.
-            if error <= wanted && crowd(&one, &judge) < CROWD {
-                judge = look((UNSEEN * count).min(MOST), true)?;
-                off = rms(&judge, &four) * REST;
-                error = rms(&one, &judge) + off;
+            // Much finer pictures have the last word; where some pixels alone differ, or none, something thin may have been missed by all.
+            let mut judge = four.clone();
+            let mut off = off;
+            let mut held = 4 * count;
+            for times in [times, UNSEEN] {
+                let finer = (times * count).min(FINEST * goal.first).min(MOST);
+                let is_asked = times != UNSEEN || crowd(&one, &judge) < CROWD;
+                if finer > held && error <= wanted && is_asked {
+                    (judge, held) = (look(finer, true)?, finer);
+                    off = rms(&judge, &four) * REST;
+                    error = rms(&one, &judge) + off;
+                }
             }
             if error <= wanted {
                 let Some(coarser) = before else { break (count, error) };
