@@ -5,7 +5,7 @@
 
 use slicestack::cut::{Drawn, Frame, Orientation, Sheet, Window};
 use slicestack::picture::{Depth, Format};
-use slicestack::proof::{Provenance, verify};
+use slicestack::proof::{Inputs, Provenance, verify};
 use slicestack::scene::{
     Annotations, ColorMap, Filter, OpacityFrom, Overrides, ResolvedScene, SceneFile, SceneFormat, Straight, write_scene,
 };
@@ -112,7 +112,7 @@ fn a_picture_of_colours_can_be_verified() {
                 let png = folder().join("colors.png");
                 let metadata = Provenance::of(&scene, &source, &volume, &picture).unwrap().metadata().unwrap();
                 std::fs::write(&png, picture.encode_with(Format::Png, Depth::Eight, &metadata).unwrap()).unwrap();
-                let verdict = verify(&png, Some(&path), &Settings::default()).unwrap();
+                let verdict = verify(&png, &Inputs::new().volume(&path), &Settings::default()).unwrap();
                 assert!(verdict.is_same(), "{:?}", verdict.lines());
             }
         }

@@ -4,7 +4,7 @@
 
 use serde_json::Value;
 use slicestack::picture::{Depth, Format, Metadata};
-use slicestack::proof::verify_bounded;
+use slicestack::proof::{Inputs, verify_bounded};
 use slicestack::{Picture, Progress, Settings, assert_golden};
 use std::fs;
 use std::path::Path;
@@ -278,6 +278,31 @@ fn verify_says_what_it_lacks() {
     assert_eq!(ends(d, &["verify", "r.png", "--volume", "v.raw"], 0).0, "same bytes\n");
 }
 
+#[test]
+fn a_label_map_is_named_to_verify_and_another_is_told() {
+    let dir = dir();
+    let d = dir.path();
+    let volume = private_volume(d);
+    let labels = |name: &str, of: fn(usize) -> u8| {
+        let mut bytes = b"NRRD0004\ntype: unsigned char\ndimension: 3\nsizes: 8 9 10\nencoding: raw\nspacings: 1 1 1.5\n\n".to_vec();
+        bytes.extend((0..8 * 9 * 10).map(of));
+        fs::write(d.join(name), bytes).unwrap();
+    };
+    labels("a.nrrd", |i| u8::from(i % 8 > 3));
+    labels("b.nrrd", |i| u8::from(i % 8 > 2));
+    ends(d, &render(volume, &["-o", "a.png", "--labels.path", "a.nrrd", "--labels.segment", "[{value=1,color=[1,0,0]}]"]), 0);
+    ends(d, &render(volume, &["-o", "plain.png"]), 0);
+    assert_eq!(ends(d, &["verify", "a.png", "--volume", volume, "--labels", "a.nrrd"], 0).0, "same bytes\n");
+    let (told, _) = ends(d, &["verify", "a.png", "--volume", volume, "--labels", "b.nrrd"], 3);
+    assert!(told.starts_with("labels: their SHA-256 is ") && told.contains("\npixels: "), "{told}");
+    let (_, line) = ends(d, &["verify", "a.png", "--volume", volume], 1);
+    assert!(line.contains("a.png: does not say where its label map is: name the file with --labels FILE"), "{line}");
+    let (_, line) = ends(d, &["verify", "plain.png", "--volume", volume, "--labels", "a.nrrd"], 1);
+    assert!(line.contains("plain.png: was made without a label map beside its volume: leave --labels out"), "{line}");
+    let text = Metadata::open(d.join("a.png")).unwrap();
+    assert!(!text.get("slicestack.scene").unwrap().contains("a.nrrd"), "the picture names no file");
+}
+
 fn golden_folder(dir: &Path) {
     fs::create_dir_all(dir.join("g")).unwrap();
     let scene =
@@ -416,7 +441,7 @@ fn pictures_are_proven() {
         ends(d, &[&["verify", "a.png"][..], bad].concat(), 2);
     }
     // Any number of threads; and whoever hears of the progress may stop it.
-    let prove = |settings: Settings| verify_bounded(&d.join("a.png"), None, 100, 1e-5, &settings);
+    let prove = |settings: Settings| verify_bounded(&d.join("a.png"), &Inputs::new(), 100, 1e-5, &settings);
     let one = prove(Settings::new().threads(1)).unwrap();
     assert_eq!(one, prove(Settings::new().threads(3)).unwrap());
     assert!(one.0.is_same() && one.1.pixels == 100 && one.1.width <= 1e-5);
@@ -425,7 +450,7 @@ fn pictures_are_proven() {
     for (count, width, want) in
         [(0, 1e-4, "a proof of 0 pixels says nothing"), (1, f64::NAN, "width NaN of proven bounds: must lie between")]
     {
-        let line = verify_bounded(&d.join("a.png"), None, count, width, &Settings::new()).unwrap_err().to_string();
+        let line = verify_bounded(&d.join("a.png"), &Inputs::new(), count, width, &Settings::new()).unwrap_err().to_string();
         assert!(line.starts_with(want), "{line}");
     }
 }

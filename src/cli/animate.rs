@@ -60,7 +60,7 @@ pub(super) fn run(args: &AnimateArgs) -> Result<()> {
     let mut usual = overrides.clone();
     if !animation.sets("camera.fit")
         && !args.scene.has("camera.fit")
-        && !animation.sets("camera.eye")
+        && !["camera.eye", "camera.along"].iter().any(|key| animation.sets(key) || args.scene.has(key))
         && animation.scene().is_none()
         && !text.is_file()
     {

@@ -11,8 +11,8 @@ use serde_json::{Value, json};
 use slicestack::scene::preset::Guess;
 use slicestack::scene::{OpacityFrom, Overrides, Preset, SceneDepths};
 use slicestack::study::{Units, joint_histogram_png};
-use slicestack::volume::io::{self, Format, Item};
-use slicestack::volume::{Channels, JointHistogram, LengthUnit, Modality, Space, VolumeSource};
+use slicestack::volume::io::{self, Format, Item, Part};
+use slicestack::volume::{Channels, JointHistogram, LengthUnit, Modality, Segment, Space, VolumeSource};
 use slicestack::{Limits, Volume};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -67,10 +67,15 @@ pub(super) fn run(args: &InfoArgs) -> Result<()> {
     }
     let limits = args.reading.limits();
     // Listed first: where what would be taken cannot be read, something else may be chosen.
-    let items = match source.volume().path() {
+    let mut items = match source.volume().path() {
         Some(path) if source.volume().is_described_by_file() => io::list(path, &source.volume().reading(&limits))?,
         _ => Vec::new(),
     };
+    if source.volume().choice.magnitude {
+        for item in items.iter_mut().filter(|item| item.part == Part::Channel) {
+            (item.taken, item.about) = (true, "all are read, as the magnitude of a vector".into());
+        }
+    }
     let volume = load_listed(source.volume(), &limits, &items, args.json)?;
     if let Some(joint) = joint {
         joint.write(&volume)?;
@@ -170,6 +175,11 @@ fn as_json(volume: &Volume, depths: Option<SceneDepths>, items: &[Item]) -> Valu
     let (slope, intercept) = volume.rescale();
     let directions = grid.directions();
     let (verdicts, guess) = (verdicts(volume), Guess::of(volume));
+    let labels = own_labels(volume);
+    let taken_for = match labels {
+        Some(_) => json!({ "preset": null, "reason": "a label map", "advice": null }),
+        None => json!({ "preset": guess.preset.name(), "reason": guess.reason, "advice": guess.advice }),
+    };
     let rejected = verdicts.iter().filter_map(|(p, why)| Some(json!({ "preset": p.name(), "why": why.as_ref()? })));
     let suggested: Vec<&str> = Preset::suggest(volume).into_iter().map(Preset::name).collect();
     json!({
@@ -198,12 +208,16 @@ fn as_json(volume: &Volume, depths: Option<SceneDepths>, items: &[Item]) -> Valu
         "mean": s.mean,
         "non_finite": s.non_finite,
         "histogram": s.histogram,
-        "taken_for": { "preset": guess.preset.name(), "reason": guess.reason, "advice": guess.advice },
+        "taken_for": taken_for,
         "depths": depths.map(depths_json),
         "choices": items.iter().map(item_json).collect::<Vec<_>>(),
         "notes": volume.notes(),
         "details": volume.details(),
         "orientation": orientation(volume),
+        "labels": labels.map(|(values, segments)| {
+            let named: Vec<Value> = segments.iter().map(|s| json!({ "value": s.value, "name": s.name, "color": s.color })).collect();
+            json!({ "values": values, "segments": named })
+        }),
         "presets": suggested,
         "rejected": rejected.collect::<Vec<_>>(),
     })
@@ -215,7 +229,7 @@ fn as_text(volume: &Volume, depths: Option<SceneDepths>, items: &[Item]) -> Stri
     let list = |v: [f64; 3]| v.map(short).join(" ");
     let kind = volume.voxels().voxel_type();
     let mib = bytes(volume) as f64 / (1 << 20) as f64;
-    let colors = volume.colors().is_some();
+    let (colors, labels) = (volume.colors().is_some(), own_labels(volume));
     let axes = grid.directions().to_cols_array_2d().map(list);
     let [low, high] = world_box(volume);
     let (slope, intercept) = volume.rescale();
@@ -242,7 +256,14 @@ fn as_text(volume: &Volume, depths: Option<SceneDepths>, items: &[Item]) -> Stri
         };
         lines.push(("opacity", format!("by {from}; --transfer.opacity_from: another number, --volume.channel 0: red as values")));
     } else {
-        lines.push(("taken for", format!("{}; first picture with {}", guess.reason, guess.preset.name())));
+        let taken = match &labels {
+            Some((values, _)) => {
+                let shown = values.iter().filter(|&&label| label != 0).count();
+                format!("a label map of {shown} segments; first picture with a colour for each")
+            }
+            None => format!("{}; first picture with {}", guess.reason, guess.preset.name()),
+        };
+        lines.push(("taken for", taken));
         lines.push(("values", format!("{} to {}, mean {}", short(s.min), short(s.max), short(s.mean))));
     }
     if (slope, intercept) != (1.0, 0.0) {
@@ -275,14 +296,50 @@ fn as_text(volume: &Volume, depths: Option<SceneDepths>, items: &[Item]) -> Stri
     if colors {
         return text;
     }
+    if let Some((values, segments)) = &labels {
+        return text + &listed_segments(values, segments);
+    }
     text += "presets\n";
+    // Presets that one reason speaks against stand in one line.
+    let mut against: Vec<(String, Vec<&str>)> = Vec::new();
     for (preset, why) in verdicts(volume) {
-        text += &match why {
-            None => format!("  + {:18}{}\n", preset.name(), preset.about()),
-            Some(why) => {
-                format!("  - {:18}{}\n", preset.name(), why.strip_prefix(preset.name()).unwrap_or(&why).trim_start_matches([':', ' ']))
-            }
+        let Some(why) = why else {
+            text += &format!("  + {:18}{}\n", preset.name(), preset.about());
+            continue;
         };
+        let why = why.strip_prefix(preset.name()).unwrap_or(&why).trim_start_matches([':', ' ']).to_owned();
+        match against.iter_mut().find(|a| a.0 == why) {
+            Some((_, names)) => names.push(preset.name()),
+            None => against.push((why, vec![preset.name()])),
+        }
+    }
+    for (why, names) in against {
+        text += &format!("  - {}: {why}\n", names.join(", "));
+    }
+    text
+}
+
+/// Labels that occur in a volume that is a label map, and what its file calls them; nothing for other volumes.
+fn own_labels(volume: &Volume) -> Option<(Vec<i64>, Vec<Segment>)> {
+    let map = volume.own_labels().ok().flatten()?;
+    Some((map.values().to_vec(), map.segments().to_vec()))
+}
+
+/// Most labels that are listed.
+const LISTED: usize = 32;
+
+/// A line for each label: itself, its name and its colour, as far as the file gives any.
+fn listed_segments(values: &[i64], segments: &[Segment]) -> String {
+    let mut text = "labels\n".to_owned();
+    for label in values.iter().take(LISTED) {
+        let segment = segments.iter().find(|s| s.value == *label);
+        let name = segment.map_or("", |s| s.name.as_str());
+        let color = segment.and_then(|s| s.color).map_or_else(String::new, |c| format!("  colour {}", c.map(short).join(" ")));
+        text += format!("  {label:<12}{name}{color}").trim_end();
+        text += "\n";
+    }
+    if values.len() > LISTED {
+        text += &format!("  ... {} more\n", values.len() - LISTED);
     }
     text
 }

@@ -35,7 +35,7 @@ pub(super) fn run(args: &LessonArgs) -> Result<()> {
     };
     let folder = &args.output;
     if folder.exists() && !folder.is_dir() {
-        bail!("{}: is a file, not a folder", folder.display());
+        bail!(Usage(format!("-o {}: is a file, not a folder", folder.display())));
     }
     let picture = folder.join(lesson.file_name());
     let sink = Sink::File(picture.clone());

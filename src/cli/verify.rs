@@ -6,7 +6,7 @@ use super::scene::ReadingArgs;
 use super::{Differs, complain};
 use anyhow::{Result, bail};
 use slicestack::Settings;
-use slicestack::proof::{MAX_PROOF, verify, verify_bounded};
+use slicestack::proof::{Inputs, MAX_PROOF, verify, verify_bounded};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -20,6 +20,9 @@ pub(super) struct VerifyArgs {
     /// Volume file that it was made of. A picture does not say where that is.
     #[arg(long, value_name = "FILE")]
     volume: Option<PathBuf>,
+    /// File of the label map beside the volume that it was made of.
+    #[arg(long, value_name = "FILE")]
+    labels: Option<PathBuf>,
     /// Prove how far N pixels are from the true integral: in interval arithmetic, for pixels that a hash of the scene chooses.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_PROOF))]
     proof: Option<u64>,
@@ -50,10 +53,12 @@ pub(super) fn run(args: &VerifyArgs) -> Result<()> {
     let bar = Arc::new(Bar::new());
     let settings = Settings::new().limits(args.reading.limits()).progress(bar.clone());
     enter(Phase::Rendering);
+    let mut inputs = Inputs::new();
+    (inputs.volume, inputs.labels) = (args.volume.clone(), args.labels.clone());
     let (verdict, bounded) = match args.proof {
-        None => (verify(&args.picture, args.volume.as_deref(), &settings)?, None),
+        None => (verify(&args.picture, &inputs, &settings)?, None),
         Some(count) => {
-            let (verdict, bounded) = verify_bounded(&args.picture, args.volume.as_deref(), count, args.width, &settings)?;
+            let (verdict, bounded) = verify_bounded(&args.picture, &inputs, count, args.width, &settings)?;
             (verdict, Some(bounded))
         }
     };

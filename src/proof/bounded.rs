@@ -3,6 +3,7 @@
 //! The pixels are drawn by lot from the scene itself: SHA-256 of its text and of a counter. So nobody can choose them, and one picture always
 //! has the same ones. Each is enclosed by [`Prover`], and the distance is taken to the far end of the enclosure.
 
+use super::provenance::Inputs;
 use super::verify::{Carried, Verdict};
 use crate::reference::{Enclosure, Prover};
 use crate::scene::Slicing;
@@ -93,14 +94,14 @@ impl Bounded {
 /// # Errors
 /// As [`verify`](super::verify()) and [`Prover::new`], naming `path`; [`Error::Invalid`] for a width outside 1e-12 to 1 and a count of 0;
 /// [`Error::Limit`] for more than [`MAX_PROOF`] pixels; [`Error::Stopped`].
-pub fn verify_bounded(path: &Path, volume: Option<&Path>, count: u64, width: f64, settings: &Settings) -> Result<(Verdict, Bounded)> {
+pub fn verify_bounded(path: &Path, inputs: &Inputs, count: u64, width: f64, settings: &Settings) -> Result<(Verdict, Bounded)> {
     if !(NARROWEST..=1.0).contains(&width) {
         return Err(Error::invalid(format!("width {width} of proven bounds: must lie between {NARROWEST:e} and 1")));
     }
     if count == 0 {
         return Err(Error::invalid("a proof of 0 pixels says nothing"));
     }
-    let carried = Carried::read(path, volume, settings)?;
+    let carried = Carried::read(path, inputs, settings)?;
     let (w, h) = carried.scene.size();
     let of = u64::from(w) * u64::from(h);
     if count.min(of) > MAX_PROOF {

@@ -13,6 +13,7 @@
 //! | `slicestack.version` | the version of this crate |
 //! | `slicestack.sha256` | SHA-256 of the pixels in f32: [`Picture::sha256`](crate::Picture::sha256) |
 //! | `slicestack.volume.sha256` | [`Volume::sha256`](crate::Volume::sha256) |
+//! | `slicestack.labels.sha256` | [`LabelMap::sha256`](crate::volume::LabelMap::sha256) of a label map beside the volume |
 //!
 //! Nothing of it says whose data it is or where it lies. The volume's path is left out, its file name too: medical files are often named after
 //! the patient, and a picture travels further than its data. The fingerprint finds the file as surely. Of what a file's header says (names,
@@ -25,5 +26,5 @@ mod verify;
 
 pub use bounded::{Bounded, Distance, MAX_PROOF, verify_bounded};
 pub use folder::{Blessed, Checked, Outcome, bless, check, page};
-pub use provenance::Provenance;
+pub use provenance::{Inputs, Provenance};
 pub use verify::{PixelsDiffer, Verdict, verify};

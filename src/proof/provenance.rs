@@ -6,13 +6,14 @@ use crate::volume::{Origin, VolumeSource};
 use crate::{Error, Picture, Result, Scene, Volume};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 const SCENE: &str = "slicestack.scene";
 const KEYS: &str = "slicestack.scene.keys";
 const VERSION: &str = "slicestack.version";
 const PIXELS: &str = "slicestack.sha256";
 const VOLUME: &str = "slicestack.volume.sha256";
+const LABELS: &str = "slicestack.labels.sha256";
 
 /// Digits of a key's value that are kept.
 const DIGITS: usize = 8;
@@ -29,6 +30,8 @@ pub struct Provenance {
     pub sha256: String,
     /// Fingerprint of the volume.
     pub volume_sha256: String,
+    /// Fingerprint of the label map beside the volume, empty without one.
+    pub labels_sha256: String,
     /// Digits of the SHA-256 of each key's value when the picture was made.
     keys: BTreeMap<String, String>,
 }
@@ -44,7 +47,8 @@ impl Provenance {
         let scene = scene_text(&scene, source)?;
         let keys = digests(&scene)?;
         let version = env!("CARGO_PKG_VERSION").to_owned();
-        Ok(Self { keys, scene, version, sha256: picture.sha256(), volume_sha256: volume.sha256() })
+        let labels_sha256 = labels_sha256(volume);
+        Ok(Self { keys, scene, version, sha256: picture.sha256(), volume_sha256: volume.sha256(), labels_sha256 })
     }
 
     /// It as texts of a picture file.
@@ -53,12 +57,13 @@ impl Provenance {
     /// [`Error::Invalid`] where a text holds a zero character.
     pub fn metadata(&self) -> Result<Metadata> {
         let keys: Vec<String> = self.keys.iter().map(|(key, digits)| format!("{key} {digits}\n")).collect();
-        Metadata::new()
+        let metadata = Metadata::new()
             .with(SCENE, self.scene.as_str())?
             .with(KEYS, keys.concat())?
             .with(VERSION, self.version.as_str())?
             .with(PIXELS, self.sha256.as_str())?
-            .with(VOLUME, self.volume_sha256.as_str())
+            .with(VOLUME, self.volume_sha256.as_str())?;
+        if self.labels_sha256.is_empty() { Ok(metadata) } else { metadata.with(LABELS, self.labels_sha256.as_str()) }
     }
 
     /// What the texts of a picture say of its making; `None` where there is no scene among them.
@@ -70,6 +75,7 @@ impl Provenance {
             version: text(VERSION),
             sha256: text(PIXELS),
             volume_sha256: text(VOLUME),
+            labels_sha256: text(LABELS),
             keys: keys.map(|(key, digits)| (key.to_owned(), digits.to_owned())).collect(),
         })
     }
@@ -96,17 +102,22 @@ impl Provenance {
 
 /// The scene file of `scene`, without the name of a file that holds the volume.
 fn scene_text(scene: &Scene, source: &VolumeSource) -> Result<String> {
-    // A stand-in that is taken out again: a file is named by nothing.
+    // Stand-ins that are taken out again: a file is named by nothing.
     const STAND_IN: &str = "volume";
+    const LABELS_IN: &str = "labels";
     let nameless = match source.path() {
         Some(_) => source.clone().with_path(STAND_IN),
         None => source.clone(),
     };
-    let nameless = nameless.with_labels(None);
+    let labels = source.labels.as_deref().map(|labels| labels.clone().with_path(LABELS_IN));
+    let labelled = labels.is_some();
+    let nameless = nameless.with_labels(labels);
     let text = write_scene(scene, Some(&nameless), &Annotations::new(), SceneFormat::Toml)?;
+    let without = |text: String, name: &str| text.replacen(&format!("path = \"{name}\"\n"), "", 1);
+    let text = if labelled { without(text, LABELS_IN) } else { text };
     Ok(match nameless.origin {
         Origin::Phantom(..) => text,
-        Origin::File(_) | Origin::Raw(..) => text.replacen(&format!("path = \"{STAND_IN}\"\n"), "", 1),
+        Origin::File(_) | Origin::Raw(..) => without(text, STAND_IN),
     })
 }
 
@@ -127,12 +138,56 @@ fn digests(scene: &str) -> Result<BTreeMap<String, String>> {
     Ok(found)
 }
 
+/// Fingerprint of the label map beside `volume`, empty without one.
+pub(super) fn labels_sha256(volume: &Volume) -> String {
+    volume.labels().map(crate::volume::LabelMap::sha256).unwrap_or_default()
+}
+
+/// Files that a picture was made of: no picture says where they are.
+///
+/// ```
+/// use slicestack::proof::Inputs;
+///
+/// let inputs = Inputs::new().volume("head.nrrd").labels("segments.nrrd");
+/// assert!(inputs.volume.is_some() && Inputs::new().labels.is_none());
+/// ```
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Inputs {
+    /// The volume's file; `None` for a built-in one.
+    pub volume: Option<PathBuf>,
+    /// The file of the label map beside it; `None` without one.
+    pub labels: Option<PathBuf>,
+}
+
+impl Inputs {
+    /// No files: for pictures of built-in volumes.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// The files with the volume's.
+    #[must_use]
+    pub fn volume(mut self, path: impl Into<PathBuf>) -> Self {
+        self.volume = Some(path.into());
+        self
+    }
+
+    /// The files with that of the label map beside the volume.
+    #[must_use]
+    pub fn labels(mut self, path: impl Into<PathBuf>) -> Self {
+        self.labels = Some(path.into());
+        self
+    }
+}
+
 /// The scene that a picture carries, read.
-pub(super) fn scene_file(scene: &str, volume: Option<&Path>) -> Result<SceneFile> {
+pub(super) fn scene_file(scene: &str, inputs: &Inputs) -> Result<SceneFile> {
     let mut overrides = crate::scene::Overrides::default();
-    if let Some(path) = volume {
+    for (key, path) in [("volume.path", &inputs.volume), ("labels.path", &inputs.labels)] {
+        let Some(path) = path else { continue };
         let Some(name) = path.to_str() else { return Err(Error::invalid(format!("{}: the name is not UTF-8", path.display()))) };
-        overrides.set("volume.path", name);
+        overrides.set(key, name);
     }
     SceneFile::parse(scene, "", &overrides)
 }

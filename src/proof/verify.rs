@@ -1,6 +1,6 @@
 //! Renders a picture's scene again and says what differs.
 
-use super::provenance::{Provenance, scene_file};
+use super::provenance::{Inputs, Provenance, labels_sha256, scene_file};
 use crate::picture::{Depth, Format, Metadata, picture_bytes};
 use crate::{Error, Picture, Renderer, Result, Scene, Settings, Volume};
 use std::fmt;
@@ -14,6 +14,8 @@ pub struct Verdict {
     pub version: Option<(String, String)>,
     /// Fingerprints of the picture's volume and of the one that was loaded, where they are not the same.
     pub volume: Option<(String, String)>,
+    /// The same of the label maps beside the volumes.
+    pub labels: Option<(String, String)>,
     /// Keys of the scene that were edited in the file.
     pub edited: Vec<String>,
     /// How the picture's pixels differ from those rendered, where they do.
@@ -45,7 +47,7 @@ impl Verdict {
     /// Whether the picture is what its scene says: the pixels came out again, bit by bit, before they were rounded into the file and after; of
     /// the same volume, by a scene that nobody edited. Another version that makes the same pixels is no difference.
     pub fn is_same(&self) -> bool {
-        self.pixels.is_none() && self.sha256.is_none() && self.volume.is_none() && self.edited.is_empty()
+        self.pixels.is_none() && self.sha256.is_none() && self.volume.is_none() && self.labels.is_none() && self.edited.is_empty()
     }
 
     /// What differs, one line each: another version too, which alone is no difference.
@@ -56,6 +58,9 @@ impl Verdict {
         }
         if let Some((then, now)) = &self.volume {
             lines.push(format!("volume: its SHA-256 is {}..., the picture was made of {}...", start(now), start(then)));
+        }
+        if let Some((then, now)) = &self.labels {
+            lines.push(format!("labels: their SHA-256 is {}..., the picture was made of {}...", start(now), start(then)));
         }
         if !self.edited.is_empty() {
             lines.push(format!("scene: edited since the picture was made: {}", self.edited.join(", ")));
@@ -94,19 +99,19 @@ pub(super) struct Carried {
     pub(super) scene: Scene,
 }
 
-/// Renders again the scene that the picture file `path` carries, of the volume in the file `volume`, or of the built-in one
+/// Renders again the scene that the picture file `path` carries, of the volume in the files `inputs`, or of the built-in one
 /// that the scene says. A scene that names files of its own is refused: a picture may come from anybody.
 ///
 /// # Errors
-/// [`Error::Format`] naming `path` where it carries no scene, or one of a volume file and none is given; whatever reading the picture, the
+/// [`Error::Format`] naming `path` where it carries no scene, or one of a volume or a label map and no file is given for it; whatever reading the picture, the
 /// scene and the volume may say, and rendering.
-pub fn verify(path: &Path, volume: Option<&Path>, settings: &Settings) -> Result<Verdict> {
-    Ok(Carried::read(path, volume, settings)?.render(path, settings)?.0)
+pub fn verify(path: &Path, inputs: &Inputs, settings: &Settings) -> Result<Verdict> {
+    Ok(Carried::read(path, inputs, settings)?.render(path, settings)?.0)
 }
 
 impl Carried {
     /// Reads the picture file, its scene and its volume.
-    pub(super) fn read(path: &Path, volume: Option<&Path>, settings: &Settings) -> Result<Self> {
+    pub(super) fn read(path: &Path, inputs: &Inputs, settings: &Settings) -> Result<Self> {
         let bytes = picture_bytes(path)?;
         let file = Picture::decode(&bytes, path)?;
         let Some(provenance) = Provenance::read(&Metadata::decode(&bytes, path)?) else {
@@ -123,10 +128,17 @@ impl Carried {
                 format!("its scene names a file ({key}), which no picture made here does: it is not followed"),
             ));
         }
-        if volume.is_none() && !names_volume(&provenance.scene) {
+        if inputs.volume.is_none() && !names_volume(&provenance.scene) {
             return Err(Error::format(path, "does not say where its volume is: name the file with --volume FILE"));
         }
-        let scene_file = scene_file(&provenance.scene, volume).map_err(named)?;
+        let labelled = !provenance.labels_sha256.is_empty();
+        if labelled && inputs.labels.is_none() {
+            return Err(Error::format(path, "does not say where its label map is: name the file with --labels FILE"));
+        }
+        if !labelled && inputs.labels.is_some() {
+            return Err(Error::format(path, "was made without a label map beside its volume: leave --labels out"));
+        }
+        let scene_file = scene_file(&provenance.scene, inputs).map_err(named)?;
         let volume = scene_file.volume().load(&settings.limits)?;
         let (scene, _) = scene_file.to_scene(&volume).map_err(named)?;
         Ok(Self { bytes, file, provenance, edited, volume, scene })
@@ -139,6 +151,7 @@ impl Carried {
         let verdict = Verdict {
             version: apart(&self.provenance.version, env!("CARGO_PKG_VERSION").to_owned()),
             volume: apart(&self.provenance.volume_sha256, self.volume.sha256()),
+            labels: apart(&self.provenance.labels_sha256, labels_sha256(&self.volume)),
             edited: self.edited.clone(),
             pixels: pixels(&self.file, &as_stored(&picture, &self.bytes, path)?),
             sha256: apart(&self.provenance.sha256, picture.sha256()),

@@ -40,7 +40,7 @@ impl Scene {
         let m = &self.method;
         if self.blend == Blend::Under && self.order == Order::BackToFront && m.is_pre_integrated() {
             return Err(Error::invalid(
-                "render blend under: pre-integrated slabs are blended front to back, where under is over; choose another classification or order",
+                "render blend under: slabs between two slices (transfer.classification pre-integrated and second-order) are blended front to back, where under is over; choose post, or another order",
             ));
         }
         if m.filter.is_cubic() && matches!(self.blend, Blend::Iso { .. } | Blend::Surfaces) {
@@ -84,7 +84,7 @@ impl Scene {
             let what = if shells { "render algorithm shells" } else { "slices jitter" };
             if m.is_pre_integrated() {
                 return Err(Error::invalid(format!(
-                    "{what}: pre-integrated slabs end at flat slices, whose values they keep; choose post"
+                    "{what}: slabs between two slices (transfer.classification pre-integrated and second-order) end at flat slices, whose values they keep; choose post"
                 )));
             }
             if m.merge {
@@ -115,7 +115,9 @@ impl Scene {
             return no("hide what is behind them: they are for render.blend \"over\" alone");
         }
         if m.is_pre_integrated() {
-            return no("end a ray between two slices, where pre-integrated slabs have no value; choose post");
+            return no(
+                "end a ray between two slices, where slabs of transfer.classification pre-integrated and second-order have no value; choose post",
+            );
         }
         if m.merge {
             return no("end a ray anywhere: slabs do not merge (slices.merge) beside them");

@@ -120,7 +120,11 @@ impl Algorithm {
             (
                 matches!(scene.slicing(), Slicing::Tolerance(_)),
                 "slices tolerance",
-                "samples are not chosen for an error; give slices.count",
+                if self.has_steps() {
+                    "samples are not chosen for an error; give slices.count"
+                } else {
+                    "samples lie where voxels do, whatever error is asked for; leave it out"
+                },
             ),
             (
                 scene.blending_order() == Order::BackToFront && !grid,

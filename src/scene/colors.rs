@@ -68,14 +68,14 @@ impl Scene {
         if let Some(blend) = blend {
             return Some(format!("render.blend {blend}: {needs_values}; choose over or add"));
         }
+        if !matches!(self.algorithm(), Algorithm::Slices | Algorithm::Grid) {
+            let name = self.algorithm().name();
+            return Some(format!("render.algorithm {name}: looks values up, and these voxels are colours; choose slices or grid"));
+        }
         let refused = [
             (
                 self.opengl().is_some(),
                 "render.profile opengl: its texture is made of values, and these voxels are colours; choose accurate",
-            ),
-            (
-                !matches!(self.algorithm(), Algorithm::Slices | Algorithm::Grid),
-                "render.algorithm: the others look values up, and these voxels are colours; choose slices or grid",
             ),
             (self.jitter().is_some(), "slices.jitter: shifted slices look values up, and these voxels are colours"),
             (

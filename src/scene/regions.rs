@@ -80,6 +80,12 @@ impl FocusRegion {
         }
     }
 
+    /// Whether it may hold points of the box of `grid`; where it does not, it never does.
+    #[cfg(feature = "scene-file")]
+    pub(crate) fn touches(&self, grid: &crate::volume::Grid) -> bool {
+        self.share(&grid.corners(), 0.0) != Share::None
+    }
+
     /// What it and a body with these `corners` have in common: none of it, all of it, or some. Its faces count as `margin` thick, and where that
     /// leaves a doubt it is some.
     pub(crate) fn share(&self, corners: &[DVec3; 8], margin: f64) -> Share {

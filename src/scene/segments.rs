@@ -58,13 +58,14 @@ impl SegmentStyle {
     /// # Errors
     /// [`Error::Invalid`] for a number outside `[0,1]`.
     pub fn new(label: i64, effect: SegmentEffect) -> Result<Self> {
-        let (color, share) = match effect {
-            SegmentEffect::Show | SegmentEffect::Hide => ([0.0; 3], 0.0),
-            SegmentEffect::Tint { color, strength } => (color, strength),
-            SegmentEffect::Replace { color, opacity } => (color, opacity),
+        let (color, share, name) = match effect {
+            SegmentEffect::Show | SegmentEffect::Hide => ([0.0; 3], 0.0, ""),
+            SegmentEffect::Tint { color, strength } => (color, strength, "strength"),
+            SegmentEffect::Replace { color, opacity } => (color, opacity, "opacity"),
         };
-        match color.iter().chain([&share]).find(|x| !(0.0..=1.0).contains(*x)) {
-            Some(x) => Err(Error::invalid(format!("labels segment {label}: {x} is outside [0,1]"))),
+        let numbers = ["red", "green", "blue"].into_iter().zip(color).chain([(name, share)]);
+        match numbers.into_iter().find(|(_, x)| !(0.0..=1.0).contains(x)) {
+            Some((name, x)) => Err(Error::invalid(format!("labels segment {label}: {name} {x} is outside [0,1]"))),
             None => Ok(Self { label, effect }),
         }
     }
@@ -248,8 +249,8 @@ mod tests {
     #[test]
     fn styles_are_checked() {
         let line = |effect| SegmentStyle::new(3, effect).unwrap_err().to_string();
-        assert_eq!(line(SegmentEffect::Tint { color: [0.0; 3], strength: 1.5 }), "labels segment 3: 1.5 is outside [0,1]");
-        assert!(line(SegmentEffect::Replace { color: [0.0, f64::NAN, 0.0], opacity: 0.5 }).contains("NaN"));
+        assert_eq!(line(SegmentEffect::Tint { color: [0.0; 3], strength: 1.5 }), "labels segment 3: strength 1.5 is outside [0,1]");
+        assert!(line(SegmentEffect::Replace { color: [0.0, f64::NAN, 0.0], opacity: 0.5 }).contains("green NaN"));
         let hide = SegmentStyle::new(3, SegmentEffect::Hide).unwrap();
         let scene = Scene::new(TransferFunction::new(vec![(0.0, [1.0; 3])], vec![(0.0, 1.0)]).unwrap());
         assert!(scene.clone().with_segments(vec![hide, hide]).unwrap_err().to_string().contains("given twice"));

@@ -40,6 +40,16 @@ impl Volume {
     }
 }
 
+/// SHA-256 of a line of text, `slicestack labels 1: ` and the labels that occur, rising, and behind its end of the place of each voxel's label among
+/// them, as [`Volume::sha256`] takes voxels.
+pub(super) fn of_labels(values: &[i64], places: &Voxels) -> String {
+    let values: Vec<String> = values.iter().map(i64::to_string).collect();
+    let mut hash = Sha256::new();
+    hash.update(format!("slicestack labels 1: {}\n", values.join(" ")));
+    pieces(places).iter().for_each(|piece| hash.update(piece));
+    hash.finalize().iter().map(|b| format!("{b:02x}")).collect()
+}
+
 /// The SHA-256 of each piece of the voxels.
 fn pieces(voxels: &Voxels) -> Vec<[u8; 32]> {
     if cfg!(target_endian = "big") {

@@ -93,6 +93,11 @@ impl LabelMap {
         self.values[self.places.get(index) as usize]
     }
 
+    /// A fingerprint that changes with any voxel's label: SHA-256 in hexadecimal. Names and colours of segments are not part of it.
+    pub fn sha256(&self) -> String {
+        super::digest::of_labels(&self.values, &self.places)
+    }
+
     /// Place in [`LabelMap::values`] of each voxel's label.
     pub(crate) fn places(&self) -> VoxelSlices<'_> {
         self.places.slices()
@@ -215,8 +220,7 @@ impl Volume {
     ///
     /// # Errors
     /// As [`Volume::with_labels`].
-    #[cfg(feature = "scene-file")]
-    pub(crate) fn own_labels(&self) -> Result<Option<LabelMap>> {
+    pub fn own_labels(&self) -> Result<Option<LabelMap>> {
         if matches!(self.channels, super::Channels::Label(_)) { LabelMap::new(self, &self.grid).map(Some) } else { Ok(None) }
     }
 }

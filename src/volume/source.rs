@@ -3,7 +3,7 @@
 use super::edit::CropBox;
 use super::io::{self, Choice, RawSpec};
 use super::phantom::Phantom;
-use super::{BoxConvention, Grid, Modality};
+use super::{BoxConvention, Channels, Grid, Modality};
 use crate::{Error, Limits, Progress, Result, Volume};
 use glam::{DMat3, DVec3};
 use std::path::{Path, PathBuf};
@@ -39,6 +39,8 @@ pub struct VolumeSource {
     pub intercept: Option<f64>,
     /// Kind of values instead of the file's.
     pub modality: Option<Modality>,
+    /// Whether its voxels are labels of segments, which its file need not say: see [`Volume::with_segments`].
+    pub are_labels: bool,
     /// The part of the volume that is kept, where not all of it is: of its box as it stands in the world after all other changes.
     pub crop: Option<CropBox>,
     /// Which of several volumes of the file or folder is meant.
@@ -60,6 +62,7 @@ impl VolumeSource {
             slope: None,
             intercept: None,
             modality: None,
+            are_labels: false,
             crop: None,
             choice: Choice::new(),
             labels: None,
@@ -106,6 +109,13 @@ impl VolumeSource {
     #[must_use]
     pub fn with_modality(mut self, modality: Modality) -> Self {
         self.modality = Some(modality);
+        self
+    }
+
+    /// The source whose voxels are labels of segments.
+    #[must_use]
+    pub fn with_own_labels(mut self, are_labels: bool) -> Self {
+        self.are_labels = are_labels;
         self
     }
 
@@ -188,6 +198,9 @@ impl VolumeSource {
         if self.spacing.is_some() || self.position.is_some() {
             let grid = self.regrid(volume.grid())?;
             volume = volume.with_grid(grid)?;
+            if self.spacing.is_some() {
+                volume.notes.retain(|note| note != io::NO_SIZES);
+            }
         }
         if self.slope.is_some() || self.intercept.is_some() {
             let (slope, intercept) = volume.rescale();
@@ -196,10 +209,18 @@ impl VolumeSource {
         if let Some(modality) = self.modality {
             volume = volume.with_modality(modality);
         }
+        if self.are_labels {
+            let name = self.path().unwrap_or(Path::new("the volume")).to_path_buf();
+            let volume_of_labels = match volume.channels() {
+                Channels::Label(_) => Ok(volume),
+                _ => volume.with_segments(Vec::new()),
+            };
+            volume = volume_of_labels.map_err(|e| Error::format(name, e.to_string()))?;
+        }
         let volume = volume.with_convention(self.convention);
         let volume = match &self.labels {
             Some(labels) => {
-                let map = labels.load_told(limits, progress.clone())?;
+                let map = labels.load_told(limits, progress.clone()).map_err(of_labels)?;
                 let name = labels.path().unwrap_or(Path::new("labels"));
                 volume.with_labels(&map).map_err(|e| Error::format(name, e.to_string()))?
             }
@@ -207,7 +228,11 @@ impl VolumeSource {
         };
         // Labels are cut with it.
         match &self.crop {
-            Some(crop) => crop.part(&volume, progress.as_deref()),
+            Some(crop) => crop.part(&volume, progress.as_deref()).map_err(|e| match (e, self.path()) {
+                (Error::Invalid(what), Some(path)) => Error::format(path, format!("volume.crop: {what}")),
+                (Error::Invalid(what), None) => Error::invalid(format!("volume.crop: {what}")),
+                (e, _) => e,
+            }),
             None => Ok(volume),
         }
     }
@@ -217,5 +242,13 @@ impl VolumeSource {
         let origin = self.position.map_or(grid.origin(), DVec3::from_array);
         let steps = grid.directions() * DMat3::from_diagonal(DVec3::from_array(spacing));
         Ok(Grid::new(grid.dims(), origin, steps)?.with_space(grid.space()))
+    }
+}
+
+/// What is at fault in the file of a label map, which keys of its own choose from.
+fn of_labels(error: Error) -> Error {
+    match error {
+        Error::Format { path, what } => Error::Format { path, what: what.replace("volume.", "labels.") },
+        other => other,
     }
 }

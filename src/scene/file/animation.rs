@@ -15,8 +15,9 @@
 //! transfer.opacity = [[300, 0], [400, 0.5]]
 //! ```
 //! A key of the scene that stands in one moment alone holds all the time. Numbers, and lists of the same length of them, are interpolated; words, and
-//! lists whose lengths differ, hold until the next moment that has them.
+//! lists whose lengths differ, hold until the next moment that has them, and so do seeds of noise. Keys that take whole numbers are rounded.
 
+use super::schema::is_whole;
 use super::{MAX_BYTES, Overrides, SceneFile, keys, text_of_file};
 use crate::{Error, Result};
 use std::collections::BTreeMap;
@@ -25,6 +26,9 @@ use toml::{Table, Value};
 
 /// Most moments.
 const MAX_KEYS: usize = 10_000;
+
+/// Keys whose values are names of a noise rather than quantities: they hold.
+const SEEDS: [&str; 2] = ["slices.jitter", "render.seed"];
 
 /// Longest animation, seconds.
 const LONGEST: f64 = 3600.0;
@@ -146,7 +150,12 @@ impl Animation {
                     let share = (time - from) / (to - from);
                     // Slow at both ends: 3 s^2 - 2 s^3.
                     let share = if self.smooth { share * share * (3.0 - 2.0 * share) } else { share };
-                    between(a, b, share)
+                    match between(a, b, share) {
+                        // The number that noise depends on is no quantity.
+                        _ if SEEDS.contains(&path.as_str()) => a.clone(),
+                        Value::Float(x) if is_whole(path) => Value::Integer(libm::round(x) as i64),
+                        mixed => mixed,
+                    }
                 }
                 (Some((_, only)), None) | (None, Some((_, only))) => only.clone(),
                 (None, None) => continue,
@@ -187,7 +196,6 @@ fn mixed(a: &Value, b: &Value, share: f64) -> Option<Value> {
         _ => None,
     };
     match (a, b) {
-        // Whole numbers stay whole: counts are such.
         (Value::Integer(x), Value::Integer(y)) => {
             let mixed = *x as f64 + share * (*y as f64 - *x as f64);
             Some(if libm::floor(mixed) == mixed { Value::Integer(mixed as i64) } else { Value::Float(mixed) })
@@ -227,6 +235,7 @@ mod tests {
         camera.azimuth = 0
         camera.elevation = 10
         slices.count = 100
+        slices.jitter = 2
         transfer.opacity = [[0, 0], [1, 0.5]]
         fog.mode = \"none\"
         [[key]]
@@ -234,6 +243,8 @@ mod tests {
         camera.azimuth = 180.0
         transfer.opacity = [[1, 0], [2, 1]]
         fog.mode = \"exp\"
+        slices.count = 201
+        slices.jitter = 9
         clip = [{ normal = [1, 0, 0], offset = 4 }]
         [[key]]
         time = 3
@@ -254,6 +265,8 @@ mod tests {
         assert_eq!([0.0, 0.5, 1.0, 2.0, 2.5, 3.0].map(|t| number(t, "camera.azimuth")), [0.0, 45.0, 90.0, 180.0, 270.0, 360.0]);
         assert_eq!([0.0, 1.0, 3.0].map(|t| number(t, "camera.elevation")), [10.0; 3]);
         assert_eq!([0.0, 1.9, 2.0, 3.0].map(|t| at(t, "fog.mode")), ["none", "none", "exp", "exp"]);
+        assert_eq!([0.0, 0.25, 2.0].map(|t| at(t, "slices.jitter")), ["2", "2", "9"]);
+        assert_eq!([0.5, 1.0, 3.0].map(|t| at(t, "slices.count")), ["125", "151", "201"]);
         assert_eq!(at(1.0, "transfer.opacity").replace(' ', ""), "[[0.5,0],[1.5,0.75]]");
         let clip: Table = toml::from_str(&format!("clip = {}", at(2.5, "clip"))).expect("a list");
         assert_eq!(clip["clip"][0]["offset"].as_float().or(clip["clip"][0]["offset"].as_integer().map(|n| n as f64)), Some(6.0));

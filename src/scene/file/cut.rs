@@ -59,8 +59,15 @@ pub(super) fn apply(planes: &[CutKeys], cx: &Context<'_>, scene: Scene) -> Resul
     scene.with_cuts(planes?).map_err(|e| cx.error("cut", e.to_string().trim_start_matches("cut: ")))
 }
 
-/// Tells which values planes without a window show.
+/// Tells which planes pass the box by, and which values planes without a window show.
 pub(super) fn finish(data: &mut Data<'_>) {
+    let corners = data.volume.grid().corners();
+    for (n, plane) in data.scene.cuts().iter().enumerate() {
+        let beyond = corners.map(|c| plane.normal().dot(c) - plane.offset());
+        if beyond.iter().all(|d| *d > 0.0) || beyond.iter().all(|d| *d < 0.0) {
+            data.warnings.push(format!("cut[{n}]: passes the volume's box by, and shows nothing"));
+        }
+    }
     if let Some(plane) = data.scene.cuts().iter().find(|p| p.window().is_none()) {
         let (low, high) = plane.values(data.volume.range());
         data.notes.push(format!("cut.window is not given: colours go from {low} to {high}, all of the data's values"));

@@ -15,6 +15,9 @@ use std::path::Path;
 /// Opacity per voxel of the segments of a label map that is pictured alone.
 const SOLID: f64 = 0.8;
 
+/// More labels without names than that are told: perhaps they are values.
+const MANY: usize = 128;
+
 #[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct LabelKeys {
@@ -147,6 +150,10 @@ impl LabelKeys {
                 _ => Ok(()),
             };
         };
+        if map.values().len() > MANY && map.segments().is_empty() {
+            let count = map.values().len();
+            data.warnings.push(format!("labels: {count} different ones, and the file names none: are these voxels values, and no labels?"));
+        }
         let mut styles = Vec::new();
         for (label, n) in self.listed(cx, map, &mut data.warnings)? {
             let own = color_of(map.segments(), label);
@@ -174,7 +181,15 @@ impl LabelKeys {
         for (n, keys) in self.list().iter().enumerate() {
             let path = format!("labels.segment[{n}]");
             let label = match (keys.value, &keys.name) {
-                (Some(value), _) => value,
+                (Some(value), name) => {
+                    // A name of the reader's own may stand beside a label, but not that of another.
+                    let other = name.as_ref().and_then(|name| map.segments().iter().find(|s| s.name == *name && s.value != value));
+                    if let Some(other) = other {
+                        let text = format!("\"{}\" is label {} in the label map, not {value}; give one of them", other.name, other.value);
+                        return Err(cx.error(&format!("{path}.name"), text));
+                    }
+                    value
+                }
                 (None, Some(name)) => by_name(cx, &path, name, map.segments())?,
                 (None, None) => return Err(cx.error(&path, "give the value of its label, or its name")),
             };
@@ -282,7 +297,10 @@ impl SegmentKeys {
             ModeKey::Tint => SegmentEffect::Tint { color, strength: self.strength.unwrap_or(1.0) },
             ModeKey::Replace => SegmentEffect::Replace { color, opacity: self.opacity.unwrap_or(1.0) },
         };
-        SegmentStyle::new(label, effect).map_err(|e| cx.error(&format!("labels.segment[{n}]"), e.to_string()))
+        SegmentStyle::new(label, effect).map_err(|e| {
+            let (text, known) = (e.to_string(), format!("labels segment {label}: "));
+            cx.error(&format!("labels.segment[{n}]"), text.strip_prefix(&known).unwrap_or(&text))
+        })
     }
 }
 

@@ -90,7 +90,11 @@ pub(super) fn finish(regions: &[RegionKeys], cx: &Context<'_>, data: &mut Data<'
             Some(length) => transfer.with_unit(length).map_err(|e| placed(cx, n, &e))?,
             None => transfer,
         };
-        list.push(keys.region(cx, n, transfer)?);
+        let region = keys.region(cx, n, transfer)?;
+        if !region.touches(data.volume.grid()) {
+            data.warnings.push(format!("region[{n}]: lies outside the volume's box, and changes nothing"));
+        }
+        list.push(region);
     }
     data.scene = data.scene.clone().with_regions(list).map_err(|e| cx.places.locate(e))?;
     Ok(())

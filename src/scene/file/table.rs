@@ -103,7 +103,8 @@ pub(super) fn document(text: &str, file: Option<&Path>, overrides: &Overrides) -
 fn in_words(what: &str) -> String {
     let Some((given, expected)) = what.rsplit_once(", expected ") else { return what.to_owned() };
     let expected = match expected {
-        "u32" | "u64" | "usize" => "a whole number, 0 or more",
+        "u32" => "a whole number from 0 to 4294967295",
+        "u64" | "usize" => "a whole number, 0 or more",
         "i32" | "i64" => "a whole number",
         "f32" | "f64" => "a number",
         other => other,

@@ -26,7 +26,12 @@ impl TransferKeys {
             (OpacityFrom::Alpha, Some(_)) => {
                 return Err(cx.error("transfer.opacity", "the colours have an alpha; transfer.opacity_from luma or maximum takes points"));
             }
-            (_, Some(points)) => points.iter().map(|&[v, a]| (v, a)).collect(),
+            (_, Some(points)) => {
+                if let Some([last, _]) = points.last().filter(|[last, _]| *last > 1.5) {
+                    data.warnings.push(format!("transfer.opacity: its points go up to {last}, and {} lies between 0 and 1", from.name()));
+                }
+                points.iter().map(|&[v, a]| (v, a)).collect()
+            }
             (_, None) => {
                 let [(dark, none), (light, most)] = RAMP;
                 data.notes.push(format!(

@@ -70,7 +70,7 @@ pub(super) struct VolumeKeys {
     pub crop: Option<[[f64; 2]; 3]>,
     /// What volume.crop counts: voxels (unless given), or world units along the world's axes, of which voxels with centres in the box are kept.
     pub crop_unit: Option<CropUnitKey>,
-    /// Kind of values, where the file does not say: ct (Hounsfield units), mr or other.
+    /// Kind of values, where the file does not say: ct (Hounsfield units), mr, labels (whole numbers that name segments) or other.
     pub modality: Option<ModalityKey>,
 }
 
@@ -120,7 +120,23 @@ choices! {
     CropUnitKey { Voxels, World }
     BoxKey => BoxConvention { Cells, Nodes }
     EndianKey => Endian { Little, Big }
-    ModalityKey =>? Modality { Ct, Mr, Other }
+    ModalityKey { Ct, Mr, Labels, Other }
+}
+
+impl ModalityKey {
+    /// Labels are no kind of values.
+    fn modality(self) -> Option<Modality> {
+        match self {
+            Self::Ct => Some(Modality::Ct),
+            Self::Mr => Some(Modality::Mr),
+            Self::Other => Some(Modality::Other),
+            Self::Labels => None,
+        }
+    }
+
+    fn of(modality: Modality) -> Option<Self> {
+        [Self::Ct, Self::Mr, Self::Other].into_iter().find(|key| key.modality() == Some(modality))
+    }
 }
 
 fn phantom_names(_: &mut SchemaGenerator) -> Schema {
@@ -190,7 +206,7 @@ impl VolumeKeys {
             offset: raw.map(|r| r.offset),
             slope: source.slope,
             intercept: source.intercept,
-            modality: source.modality.and_then(ModalityKey::of),
+            modality: if source.are_labels { Some(ModalityKey::Labels) } else { source.modality.and_then(ModalityKey::of) },
             series: source.choice.series.as_deref().map(SeriesKey::of),
             array: source.choice.array.clone(),
             level: source.choice.level,
@@ -224,7 +240,8 @@ impl VolumeKeys {
         }
         let mut source = VolumeSource::new(origin);
         source.convention = self.convention.map_or(BoxConvention::Cells, BoxConvention::from);
-        source.modality = self.modality.map(Modality::from);
+        source.modality = self.modality.and_then(ModalityKey::modality);
+        source.are_labels = self.modality == Some(ModalityKey::Labels);
         (source.slope, source.intercept) = (self.slope, self.intercept);
         source.choice = self.choice(cx)?;
         source.crop = self.crop_box(cx)?;

@@ -1,7 +1,7 @@
 //! NumPy arrays, `.npy` versions 1 to 3: a Python dictionary in text, then the numbers.
 //!
 //! Source of the format: <https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html>. The axes are (z, y, x);
-//! further axes of size 1 are dropped, two axes are one slice, a fourth one in front is of frames, and 3 or 4 bytes behind are a colour. An uncompressed file may be longer than its header says, as in
+//! further axes of size 1 are dropped, two axes are one slice, a fourth one in front is of frames, and 3 or 4 numbers behind are those of a voxel: a colour, or a vector. An uncompressed file may be longer than its header says, as in
 //! NumPy. Of the dictionary only three keys matter, all of a simple form: a scanner finds them without a parser of Python.
 
 use super::field::{named, shown};
@@ -18,7 +18,7 @@ use std::path::Path;
 pub(super) const READER: Reader = Reader {
     name: "NumPy",
     extensions: &["npy"],
-    reads: "(z, y, x), (frame, z, y, x) or bytes of (z, y, x, colour); C and Fortran order, both byte orders",
+    reads: "(z, y, x), (frame, z, y, x) (z, y, x, colour), (z, y, x, vector); C and Fortran order, both byte orders",
     parts: &[Part::Frame, Part::Channel],
     probe: |clues| if clues.has(0, MAGIC) { Certainty::Magic } else { Certainty::No },
     read,
@@ -76,16 +76,24 @@ impl Header {
         self.shape.iter().fold(self.stored.bytes() as u64, |a, &n| a.saturating_mul(n as u64))
     }
 
-    /// The axes: x, y and z; before them 3 or 4 bytes a voxel, which are a colour; behind them frames. Of other numbers 2 to 4 a voxel where a channel or
-    /// their magnitude is asked for, and no frame. `None` when the array is no volume.
+    /// The axes: x, y and z; before them 3 or 4 numbers a voxel; behind them frames. Integers without a sign of 8 and 16 bits are a colour, and so are 4
+    /// floats; 3 floats may be a vector as well, so their first is taken. 2 numbers a voxel there are where a channel or their magnitude is asked for; and
+    /// three axes of numbers that are no bytes are frames where one is asked for. `None` when the array is no volume.
     pub(super) fn layout(&self, path: &Path, reading: &Reading) -> Option<Layout> {
         let mut sizes = self.shape.clone();
-        let bytes = self.stored == Stored::from(VoxelType::U8);
-        let color = sizes.last().copied().filter(|&n| bytes && !self.fortran && sizes.len() > 3 && matches!(n, 3 | 4));
-        let choice = &reading.choice;
-        let asked = (choice.channel.is_some() || choice.magnitude) && choice.frame.is_none();
-        let numbers = sizes.last().copied().filter(|n| asked && !bytes && !self.fortran && sizes.len() == 4 && (2..=4).contains(n));
-        if color.or(numbers).is_some() {
+        let is = |kind: VoxelType| self.stored == Stored::from(kind);
+        let (bytes, choice) = (is(VoxelType::U8), &reading.choice);
+        let asked = choice.channel.is_some() || choice.magnitude;
+        // A fourth axis of bytes is never one of frames of volumes that thin, of other numbers where it is not asked for.
+        let inner = |&n: &usize| match sizes.len() {
+            _ if self.fortran => false,
+            0..4 => false,
+            4 if !bytes => choice.frame.is_none() && (matches!(n, 3 | 4) || asked && n == 2),
+            _ => bytes && matches!(n, 3 | 4),
+        };
+        let numbers = sizes.last().copied().filter(inner);
+        let color = numbers.is_some_and(|n| bytes || is(VoxelType::U16) || is(VoxelType::F32) && n == 4);
+        if numbers.is_some() {
             sizes.pop();
         }
         while sizes.len() > 3 {
@@ -98,7 +106,7 @@ impl Header {
             [t, z, y, x] if !self.fortran => (t, [x, y, z]),
             _ => return None,
         };
-        Some(Layout::of_space(path, dims).inner(Part::Channel, color.or(numbers).unwrap_or(1), color.is_some()).outer(Part::Frame, frames))
+        Some(Layout::of_space(path, dims).inner(Part::Channel, numbers.unwrap_or(1), color).outer(Part::Frame, frames))
     }
 
     /// What is wrong with an array that has no [`Header::layout`].

@@ -9,9 +9,6 @@ use rayon::prelude::*;
 use std::fmt;
 use std::path::Path;
 
-/// What is told of images that say nothing of sizes.
-pub(super) const NO_SIZES: &str = "The images do not say how large voxels are: 1 x 1 x 1 is taken (volume.spacing sets it).";
-
 /// Memory for slices in the making, beside a quarter of the voxels.
 const BESIDE: usize = 32 << 20;
 

@@ -8,12 +8,13 @@ mod names;
 mod picture;
 
 use super::Format;
+use super::NO_SIZES;
 use super::field::named;
 use super::folder::Folder;
 use super::natural::natural;
 use super::reader::{Certainty, Clues, Reader};
 use super::reading::{Item, Part, Reading, pick};
-use super::slices::{self, NO_SIZES, Pixels, Take};
+use super::slices::{self, Pixels, Take};
 use super::store::Store;
 use crate::volume::{Grid, Volume};
 use crate::{Error, Result};

@@ -22,10 +22,11 @@ mod series;
 
 pub(super) use directory::Tiff;
 
+use super::NO_SIZES;
 use super::field::named;
 use super::reader::{Certainty, Reader};
 use super::reading::{Item, Part, Reading, pick};
-use super::slices::{self, Color, NO_SIZES, Pixels, Take};
+use super::slices::{self, Color, Pixels, Take};
 use super::source::{Source, Tail};
 use super::store::Store;
 use crate::volume::{Grid, Volume, VoxelType, Voxels};
