@@ -148,7 +148,9 @@ pub(crate) fn run() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(e) => {
             complain("error", &chain(&e));
-            ExitCode::from(if e.is::<Usage>() {
+            // What a flag says cannot be: the library's line begins with the flag.
+            let of_a_flag = |e: &slicestack::Error| matches!(e, slicestack::Error::Invalid(what) if what.starts_with("--"));
+            ExitCode::from(if e.is::<Usage>() || e.downcast_ref().is_some_and(of_a_flag) {
                 2
             } else if e.is::<Differs>() {
                 3

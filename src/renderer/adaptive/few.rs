@@ -18,7 +18,7 @@ const LEAST: u64 = 8;
 const UNSEEN: u64 = 128;
 /// No picture that has the last word has more slices than so many times the first count: a slab is then a small part of a voxel, and what is still to be
 /// found, at an opaque edge, is a matter of single pixels.
-const FINEST: u64 = 256;
+const FINEST: u64 = 1024;
 /// Pixels that make up an error, below which the picture is held against that many more too: where few pixels are wrong, others may be that no picture
 /// has shown yet, and each is a large part of what is asked for.
 const CROWD: f64 = 8.0;
@@ -56,6 +56,8 @@ pub(super) fn few(
     // Of so many slices, twice, and four times as many.
     let (mut one, mut two) = (look(count, false)?, look(2 * count, true)?);
     let mut before: Option<(u64, f64)> = None;
+    // The finest picture so far, and of how many slices: once there is no finer one, it stays.
+    let mut finest: Option<(u64, Vec<[f32; 4]>)> = None;
     let (mut round, mut stalled) = (0, 0);
     let (count, error) = loop {
         let four = look(4 * count, true)?;
@@ -63,23 +65,27 @@ pub(super) fn few(
         let mut error = rms(&one, &four) + off;
         if error <= wanted {
             // Much finer pictures have the last word; where some pixels alone differ, or none, something thin may have been missed by all.
-            let mut judge = four.clone();
+            let mut judge = &four;
             let mut off = off;
-            let mut held = 4 * count;
             for times in [times, UNSEEN] {
+                let held = finest.as_ref().map_or(0, |f| f.0);
                 let finer = (times * count).min(FINEST * goal.first).min(MOST);
-                let is_asked = times != UNSEEN || crowd(&one, &judge) < CROWD;
-                if finer > held && error <= wanted && is_asked {
-                    (judge, held) = (look(finer, true)?, finer);
-                    off = rms(&judge, &four) * REST;
-                    error = rms(&one, &judge) + off;
+                let is_asked = times != UNSEEN || crowd(&one, judge) < CROWD;
+                if finer > 4 * count && error <= wanted && is_asked {
+                    let found = match finest.take() {
+                        Some(found) if held >= finer => found,
+                        _ => (finer, look(finer, true)?),
+                    };
+                    judge = &finest.insert(found).1;
+                    off = rms(judge, &four) * REST;
+                    error = rms(&one, judge) + off;
                 }
             }
             if error <= wanted {
                 let Some(coarser) = before else { break (count, error) };
                 let less = libm::ceil(SLACK * between(coarser, (count, error), wanted)) as u64;
                 if less as f64 <= WORTH * count as f64 {
-                    let error = rms(&look(less, false)?, &judge) + off;
+                    let error = rms(&look(less, false)?, judge) + off;
                     if error <= wanted {
                         break (less, error);
                     }
