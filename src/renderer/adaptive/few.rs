@@ -65,22 +65,22 @@ pub(super) fn few(
         let mut error = rms(&one, &four) + off;
         if error <= wanted {
             // Much finer pictures have the last word; where some pixels alone differ, or none, something thin may have been missed by all.
-            let mut judge = &four;
-            let mut off = off;
+            let (mut off, mut is_held) = (off, false);
             for times in [times, UNSEEN] {
-                let held = finest.as_ref().map_or(0, |f| f.0);
+                let judge = finest.as_ref().filter(|_| is_held).map_or(&four, |f| &f.1);
                 let finer = (times * count).min(FINEST * goal.first).min(MOST);
                 let is_asked = times != UNSEEN || crowd(&one, judge) < CROWD;
                 if finer > 4 * count && error <= wanted && is_asked {
-                    let found = match finest.take() {
-                        Some(found) if held >= finer => found,
+                    let judge = match finest.take() {
+                        Some(found) if found.0 >= finer => found,
                         _ => (finer, look(finer, true)?),
                     };
-                    judge = &finest.insert(found).1;
-                    off = rms(judge, &four) * REST;
-                    error = rms(&one, judge) + off;
+                    off = rms(&judge.1, &four) * REST;
+                    error = rms(&one, &judge.1) + off;
+                    (finest, is_held) = (Some(judge), true);
                 }
             }
+            let judge = finest.as_ref().filter(|_| is_held).map_or(&four, |f| &f.1);
             if error <= wanted {
                 let Some(coarser) = before else { break (count, error) };
                 let less = libm::ceil(SLACK * between(coarser, (count, error), wanted)) as u64;
