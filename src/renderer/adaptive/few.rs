@@ -16,9 +16,6 @@ const FINER: [(usize, u64); 2] = [(8, 64), (100, 16)];
 const LEAST: u64 = 8;
 /// And where they are all the same, or differ in few pixels alone.
 const UNSEEN: u64 = 128;
-/// No picture that has the last word has more slices than so many times the first count: a slab is then a small part of a voxel, and what is still to be
-/// found, at an opaque edge, is a matter of single pixels.
-const FINEST: u64 = 1024;
 /// Pixels that make up an error, below which the picture is held against that many more too: where few pixels are wrong, others may be that no picture
 /// has shown yet, and each is a large part of what is asked for.
 const CROWD: f64 = 8.0;
@@ -68,7 +65,7 @@ pub(super) fn few(
             let (mut off, mut is_held) = (off, false);
             for times in [times, UNSEEN] {
                 let judge = finest.as_ref().filter(|_| is_held).map_or(&four, |f| &f.1);
-                let finer = (times * count).min(FINEST * goal.first).min(MOST);
+                let finer = (times * count).min(MOST);
                 let is_asked = times != UNSEEN || crowd(&one, judge) < CROWD;
                 if finer > 4 * count && error <= wanted && is_asked {
                     let judge = match finest.take() {
