@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Looks at the machine code of the stages: the level avx2 of a default release build computes in ymm registers and calls nothing.
+"""Looks at the machine code of the stages: the levels avx2 and avx512 of a default release build compute in ymm and zmm registers and call nothing.
 
 usage: vectors.py [PROGRAM]        (default: target/release/examples/instructions, which `cargo test --release` builds)
 
 The program tells where the stages of its scenes' plans are, so that no list here has to follow them. Prints a line for each, exit status 1
-when one has no ymm instruction, or too many on single numbers, or calls a function other than the ones that end the program.
+when one has no such instruction, or too many on single numbers, or calls a function other than the ones that end the program.
 """
 import pathlib
 import re
@@ -105,25 +105,45 @@ def main():
     for stage, address in stages(program, "scalar", shift_of):
         if any("%ymm" in operands for _, operands in walk(address, code, table)[0]):
             fail(f"{stage} of the level scalar has ymm registers: it is not what was looked at")
-    found = stages(program, "avx2", shift_of)
-    bad = []
-    print(f"{'stage':10}{'instructions':>13}{'in ymm':>8}{'computing':>10}{'share':>7}{'single':>8}  first in")
+    looked = [look(program, level, shift_of, code, table) for level in ["avx2", "avx512"] if knows(program, level)]
+    if not looked:
+        fail("this machine has no avx2: nothing was looked at")
+    print("; ".join(looked))
+
+
+def knows(program, level):
+    """Whether the program and this machine have a level."""
+    return subprocess.run([str(program), "stages", level], capture_output=True).returncode == 0
+
+
+def look(program, level, shift_of, code, table):
+    """A line that says what was found at a level."""
+    found = stages(program, level, shift_of)
+    bad, zmm = [], 0
+    print(f"{level:10}{'instructions':>13}{'in ymm':>8}{'in zmm':>8}{'computing':>10}{'share':>7}{'single':>8}  first in")
     for (stage, address), cases in sorted(found.items()):
         if address not in code:
             fail(f"{stage} of {cases[0]}: no function at {address:x}")
         body, calls = walk(address, code, table)
-        wide = [mnemonic for mnemonic, operands in body if "%ymm" in operands]
+        in_zmm = sum(1 for _, operands in body if "%zmm" in operands)
+        wide = [mnemonic for mnemonic, operands in body if "%ymm" in operands or "%zmm" in operands]
         packed = sum(1 for mnemonic in wide if PACKED.match(mnemonic))
         single = sum(1 for mnemonic, _ in body if SINGLE.match(mnemonic))
-        print(f"{stage:10}{len(body):13}{len(wide):8}{packed:10}{packed / len(body):7.0%}{single:8}  {cases[0]}{''.join('  calls ' + c for c in calls)}")
+        zmm += in_zmm
+        print(
+            f"{stage:10}{len(body):13}{len(wide) - in_zmm:8}{in_zmm:8}{packed:10}{packed / len(body):7.0%}{single:8}  {cases[0]}"
+            + "".join("  calls " + c for c in calls)
+        )
         if not wide or single * SHARE > packed:
-            bad.append(f"{stage} of {cases[0]} has {len(wide)} ymm instructions, {packed} computing, and {single} on single numbers")
-        bad += [f"{stage} of {cases[0]} calls {c}" for c in calls]
+            bad.append(f"{level}: {stage} of {cases[0]} has {len(wide)} wide instructions, {packed} computing, and {single} on single numbers")
+        bad += [f"{level}: {stage} of {cases[0]} calls {c}" for c in calls]
     if len(found) < 8:
         fail(f"{len(found)} stages only")
     if bad:
         fail("; ".join(bad))
-    print(f"{len(found)} stages, all in ymm registers")
+    if (zmm > 0) != (level == "avx512"):
+        fail(f"{level}: {zmm} instructions in zmm registers")
+    return f"{level}: {len(found)} stages, all in wide registers"
 
 
 main()

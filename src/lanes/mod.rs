@@ -10,6 +10,8 @@
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
+#[cfg(all(target_arch = "x86_64", slicestack_avx512))]
+mod avx512;
 mod cells;
 mod doubles;
 #[cfg(feature = "formats")]
@@ -230,6 +232,8 @@ enum Kind {
     Wide,
     #[cfg(target_arch = "x86_64")]
     Avx2,
+    #[cfg(all(target_arch = "x86_64", slicestack_avx512))]
+    Avx512,
     #[cfg(all(target_arch = "aarch64", target_endian = "little"))]
     Neon,
 }
@@ -248,18 +252,24 @@ impl Level {
         if std::arch::is_x86_feature_detected!("avx2") {
             levels.push(Self(Kind::Avx2));
         }
+        #[cfg(all(target_arch = "x86_64", slicestack_avx512))]
+        if avx512::is_here() {
+            levels.push(Self(Kind::Avx512));
+        }
         #[cfg(all(target_arch = "aarch64", target_endian = "little"))]
         levels.push(Self(Kind::Neon));
         levels
     }
 
-    /// The name used on the command line: `scalar`, `wide`, `avx2`, `neon`.
+    /// The name used on the command line: `scalar`, `wide`, `avx2`, `avx512`, `neon`.
     pub fn name(self) -> &'static str {
         match self.0 {
             Kind::Scalar => "scalar",
             Kind::Wide => "wide",
             #[cfg(target_arch = "x86_64")]
             Kind::Avx2 => "avx2",
+            #[cfg(all(target_arch = "x86_64", slicestack_avx512))]
+            Kind::Avx512 => "avx512",
             #[cfg(all(target_arch = "aarch64", target_endian = "little"))]
             Kind::Neon => "neon",
         }
@@ -286,6 +296,8 @@ impl Level {
             Kind::Wide => K::run::<wide::Wide>,
             #[cfg(target_arch = "x86_64")]
             Kind::Avx2 => avx2::run::<K, C, B>,
+            #[cfg(all(target_arch = "x86_64", slicestack_avx512))]
+            Kind::Avx512 => avx512::run::<K, C, B>,
             #[cfg(all(target_arch = "aarch64", target_endian = "little"))]
             Kind::Neon => K::run::<neon::Neon>,
         }

@@ -264,7 +264,7 @@ fn numbers_above_a_limit_are_never_overlooked() {
             let mut got = [false; 4];
             level.kernel::<AnyAbove, _, _>()(&input, &mut got);
             // Levels that do not look say that there may be.
-            let looks = level.name() == "avx2";
+            let looks = matches!(level.name(), "avx2" | "avx512");
             for (kind, (got, want)) in got.into_iter().zip(want).enumerate() {
                 assert!(got == want || got && !looks, "{} round {round}, kind {kind}: {got}", level.name());
             }
