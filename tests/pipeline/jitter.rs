@@ -128,7 +128,7 @@ fn jitter_goes_with_other_ways_to_draw_and_tells_what_it_does_not() {
     assert!(stats.error_estimate.unwrap() <= 0.004);
     let said = |scene: slicestack::Result<Scene>| scene.unwrap_err().to_string();
     let pairs = Method::default().with_classification(Classification::SecondOrder);
-    assert!(said(jittered(scene(), 1).with_method(pairs)).contains("slices jitter: pre-integrated slabs"));
+    assert!(said(jittered(scene(), 1).with_method(pairs)).contains("slices jitter: slabs between two slices"));
     assert!(said(jittered(scene(), 1).with_method(Method::default().with_extrapolate(true))).contains("noise of jitter"));
     assert!(said(jittered(scene(), 1).with_algorithm(Algorithm::Rays)).contains("render algorithm rays: it has no slices to shift"));
     assert!(said(jittered(scene(), 1).with_blend(Blend::Iso { level: 0.5 })).contains("slices jitter: level surfaces"));

@@ -196,7 +196,7 @@ fn what_shells_do_not_have_is_refused() {
     let scene = || Scene::new(telling(0.0, 1.0));
     let said = |scene: slicestack::Result<Scene>| scene.unwrap_err().to_string();
     let pairs = Method::default().with_classification(Classification::PreIntegrated);
-    assert!(said(shells(scene()).with_method(pairs)).contains("render algorithm shells: pre-integrated slabs"));
+    assert!(said(shells(scene()).with_method(pairs)).contains("render algorithm shells: slabs between two slices"));
     assert!(said(shells(scene()).with_method(Method::default().with_merge(true))).contains("render algorithm shells: slabs merge"));
     assert!(said(shells(scene()).with_blend(Blend::Iso { level: 0.5 })).contains("render algorithm shells: level surfaces"));
 }

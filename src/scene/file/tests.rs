@@ -262,7 +262,7 @@ fn flags_win_and_drop_what_they_exclude() {
         (&[("camera.zoom", "-1")], "--camera.zoom -1: must be positive and finite"),
         (&[("camera.zoom", "1\nazimuth = 3")], "--camera.zoom: cannot read"),
         (&[("image.width", "0")], "--image.width 0: must lie between 1 and 32768"),
-        (&[("image.width", "1.5")], "--image.width: invalid type: floating point `1.5`, expected a whole number, 0 or more"),
+        (&[("image.width", "1.5")], "--image.width: invalid type: floating point `1.5`, expected a whole number from 0 to 4294967295"),
         (&[("slices.order", "sideways")], "--slices.order: unknown variant `sideways`, expected `front-to-back` or `back-to-front`"),
         (&[("slices.count", "3"), ("slices.spacing", "1")], "--slices.count: slices.spacing or slices.tolerance is given too"),
         (&[("camera.eye", "1,2")], "--camera.eye"),
@@ -330,7 +330,7 @@ fn bad_scenes_say_what_is_wrong_and_where() {
         ("[volume]\npath = \"a\"\nintercept = inf", "line 3: volume.intercept: inf"),
         (
             "[volume]\npath = \"a\"\nmodality = \"pet\"",
-            "line 3: volume.modality: unknown variant `pet`, expected one of `ct`, `mr`, `other`",
+            "line 3: volume.modality: unknown variant `pet`, expected one of `ct`, `mr`, `labels`, `other`",
         ),
         ("[volume]\npath = \"a\"\nbox = \"cell\"", "line 3: volume.box: unknown variant `cell`"),
         ("[volum]\npath = \"a\"", "line 1: volum: unknown key; the nearest known one is volume"),

@@ -9,7 +9,7 @@
 //! | VTK legacy | `.vtk` | structured points, binary and ascii; arrays of points or cells by name; colours, channels |
 //! | VTK XML | `.vti`, `.vtr` | image data, rectilinear grids of even spacing; ascii, base64 and raw, zlib and LZ4; both byte orders; any array of points or cells |
 //! | MRC/CCP4 | `.mrc`, `.map`, `.ccp4`, `.rec`, `.st` | i8, u8, i16, u16, f16, f32 and complex f32; both byte orders; skewed cells, any order of axes; stacks of volumes |
-//! | NumPy | `.npy` | (z, y, x), (frame, z, y, x) or bytes of (z, y, x, colour); C and Fortran order, both byte orders |
+//! | NumPy | `.npy` | (z, y, x), (frame, z, y, x), (z, y, x, colour), (z, y, x, vector); C and Fortran order, both byte orders |
 //! | Zarr | `.zarr`, `.zip`, `.ozx` | folders and zip files of versions 2 and 3, OME-Zarr 0.1 to 0.5; a level, frame, channel; gzip, zlib, bz2, LZ4, Zstandard, Blosc; shards |
 //! | NumPy archive | `.npz` | an array by its name, else the first of three dimensions; stored or deflated |
 //! | TIFF | `.tif`, `.tiff`, `.btf`, `.tf8` | many pages, BigTIFF, OME-TIFF, ImageJ; integers and floats; strips and tiles; LZW, deflate and PackBits |

@@ -18,7 +18,7 @@ use std::path::Path;
 pub(super) const READER: Reader = Reader {
     name: "NumPy",
     extensions: &["npy"],
-    reads: "(z, y, x), (frame, z, y, x) (z, y, x, colour), (z, y, x, vector); C and Fortran order, both byte orders",
+    reads: "(z, y, x), (frame, z, y, x), (z, y, x, colour), (z, y, x, vector); C and Fortran order, both byte orders",
     parts: &[Part::Frame, Part::Channel],
     probe: |clues| if clues.has(0, MAGIC) { Certainty::Magic } else { Certainty::No },
     read,
