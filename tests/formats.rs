@@ -510,6 +510,17 @@ fn numpy_arrays_of_frames_colours_and_other_numbers() {
     let colors = array("|u1", "(1, 1, 2, 3)", &counting(6));
     assert!(matches!(volume_of("b.npy", &colors).colors(), Some(Colors::U8([[0, 1, 2, 255], [3, 4, 5, 255]]))));
     let half = array(">f2", "(1, 1, 3)", &[0x3c, 0, 0xc0, 0, 0x7c, 0]);
+    // Of other numbers too, unless a frame is asked for.
+    let words: Vec<u8> = (0..24u16).flat_map(u16::to_le_bytes).collect();
+    let image = array("<u2", "(1, 2, 3, 4)", &words);
+    assert!(matches!(volume_of("u.npy", &image).colors(), Some(Colors::U16([[0, 1, 2, 3], .., [20, 21, 22, 23]]))));
+    assert_eq!(stored(&chosen("u.npy", &image, Choice::new().frame(0)).unwrap()), (0..24).map(f64::from).collect::<Vec<_>>());
+    let floats: Vec<u8> = (0..24u16).flat_map(|n| f32::from(n).to_le_bytes()).collect();
+    let colors = volume_of("f.npy", array("<f4", "(1, 2, 3, 4)", &floats));
+    assert!(matches!(colors.colors(), Some(Colors::F32(list)) if list.len() == 6 && list[1] == [4.0, 5.0, 6.0, 7.0]));
+    let vectors = volume_of("g.npy", array("<f4", "(2, 2, 2, 3)", &floats));
+    assert_eq!(stored(&vectors), (0..8).map(|n| f64::from(3 * n)).collect::<Vec<_>>());
+    noted(&vectors, &["channel 0 of 3 is read"]);
     assert_eq!(volume_of("c.npy", &half).voxels(), &Voxels::F32(vec![1.0, -2.0, f32::INFINITY].into()));
     let complex: Vec<u8> = [3f64, 4.0].into_iter().flat_map(f64::to_le_bytes).collect();
     assert_eq!(volume_of("d.npy", array("<c16", "(1, 1, 1)", &complex)).voxels(), &Voxels::F64(vec![5.0].into()));

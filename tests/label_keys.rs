@@ -215,3 +215,35 @@ fn a_scene_written_with_its_label_map_gives_the_same_picture() {
         assert_eq!((again, back), (sha.clone(), scene.clone()), "{written}");
     }
 }
+
+#[test]
+fn a_name_beside_a_label_is_not_that_of_another() {
+    let other = format!("{BESIDE}segment = [{{ value = 3, name = \"liver\", mode = \"hide\" }}]");
+    refused(&other, &["labels.segment[0].name", "\"liver\" is label 2 in the label map, not 3"]);
+    // A name of the reader's own is none.
+    assert!(open(&format!("{BESIDE}segment = [{{ value = 3, name = \"mine\", mode = \"hide\" }}]")).is_ok());
+}
+
+#[test]
+fn voxels_are_labels_where_the_scene_says_so() {
+    let dir = folder();
+    let raw = "[volume]\npath = \"v.raw\"\ndimensions = [8, 8, 8]\ntype = \"u8\"\nmodality = \"labels\"\n";
+    let found = open_in(dir.path(), raw).unwrap();
+    assert_eq!(found.scene.method().filter, Filter::Nearest);
+    assert!(found.notes.iter().any(|n| n.starts_with("a label map: 250 segments")), "{:?}", found.notes);
+    let file = SceneFile::parse(raw, dir.path(), &Overrides::default()).unwrap();
+    let text = write_scene(&found.scene, Some(file.volume()), &Annotations::new(), SceneFormat::Toml).unwrap();
+    assert!(text.contains("modality = \"labels\""), "{text}");
+    let floats = raw.replace("\"u8\"", "\"f32\"").replace("[8, 8, 8]", "[4, 4, 8]");
+    let line = open_in(dir.path(), &floats).unwrap_err().to_string();
+    assert!(line.contains("v.raw: ") && line.contains("label"), "{line}");
+}
+
+#[test]
+fn what_changes_nothing_is_told() {
+    let told = |sections: &str| open(sections).unwrap().warnings.join("\n");
+    let region = |center: f64| format!("[[region]]\nshape = \"sphere\"\ncenter = [{center}, 4, 4]\nradius = 3\nopacity = [[0, 0], [9, 1]]");
+    assert!(told(&region(50.0)).contains("region[0]: lies outside the volume's box") && !told(&region(4.0)).contains("region"));
+    let cut = |offset: f64| format!("[[cut]]\nnormal = [1, 0, 0]\noffset = {offset}");
+    assert!(told(&cut(50.0)).contains("cut[0]: passes the volume's box by") && !told(&cut(4.0)).contains("cut"));
+}
