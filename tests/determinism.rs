@@ -4,7 +4,9 @@
 
 mod scenes;
 
-use slicestack::{Level, Renderer, Settings};
+use slicestack::scene::{Blend, Camera, Placement, Projection, Slicing, Straight};
+use slicestack::volume::phantom::Phantom;
+use slicestack::{Level, Renderer, Scene, Settings};
 
 #[test]
 fn settings_never_change_a_byte() {
@@ -23,6 +25,30 @@ fn settings_never_change_a_byte() {
         for level in Level::available() {
             for (threads, tile) in [(1, 16), (2, 8), (3, 64), (8, 13), (2, 1), (3, 1 << 20)] {
                 assert_eq!(sha(threads, tile, level), want, "{} at {threads} threads, tiles of {tile}, {}", sample.name, level.name());
+            }
+        }
+    }
+}
+
+/// Which pixels no block covers depends on the tiles, where these are no multiple of a block: they come out as those that a block covers in vain.
+#[test]
+fn a_translucent_background_is_the_same_for_every_tile() {
+    let volume = Phantom::Hydrogen.volume(8).unwrap();
+    for alpha in [0.1, 0.3, 0.7] {
+        let scene = Scene::new(Phantom::Hydrogen.default_transfer(8)).with_size(24, 24).unwrap();
+        let scene = scene.with_background(Straight { rgb: [1.0, 0.0, 0.0], alpha }).unwrap();
+        let placement = Placement::Orbit { azimuth: 30.0, elevation: 20.0, roll: 0.0, zoom: 0.5 };
+        let camera = Camera::new(placement, Projection::Orthographic { height: None }).unwrap();
+        for blend in [Blend::Over, Blend::Add, Blend::Mip] {
+            let scene = scene.clone().with_camera(camera).with_blend(blend).unwrap();
+            // Of 4096 slices sums are compensated.
+            for count in [64, 4096] {
+                let scene = scene.clone().with_slices(Slicing::Count(count)).unwrap();
+                let sha = |tile: u32| Renderer::new(&volume, Settings::new().tile(tile)).render(&scene).unwrap().0.sha256();
+                let want = sha(8);
+                for tile in [1, 3, 7, 13, 64] {
+                    assert_eq!(sha(tile), want, "alpha {alpha}, {blend:?}, {count} slices, tiles of {tile}");
+                }
             }
         }
     }

@@ -77,10 +77,16 @@ impl<'f> Resolve<'f> {
         }
     }
 
-    /// A covered pixel that has gathered nothing since it began with `start`, where colours are blended.
-    pub(super) fn untouched(&self, [red, green, blue, left]: [f32; 4]) -> [f32; 4] {
+    /// A pixel that no slice covers, as `finish` makes it: the same as one that they cover and that gathers nothing.
+    pub(super) fn missed(&self, finish: &impl Finish) -> [f32; 4] {
+        if self.compensated { finish.faint([0.0, 0.0, 0.0, 1.0], 0.0) } else { finish.nothing() }
+    }
+
+    /// A covered pixel that has gathered nothing since it began with `start`, where colours are blended, as `finish` makes it.
+    pub(super) fn untouched(&self, finish: &impl Finish, [red, green, blue, left]: [f32; 4]) -> [f32; 4] {
         // Sums begin with an opacity of 0.
-        [red, green, blue, if self.blend == Blend::Add { 1.0 - left } else { left }]
+        let layer = [red, green, blue, if self.blend == Blend::Add { 1.0 - left } else { left }];
+        self.made(finish, Some((layer, 0.0)))
     }
 
     /// A row of pixels: a block's pixel `i` and those to its right, at (x,y) of the picture.

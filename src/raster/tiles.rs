@@ -161,7 +161,7 @@ fn render_tile<O: Observer, F: Finish>(
 ) -> bool {
     let (x0, y0) = (tile.x as usize, tile.y as usize);
     let (x1, y1) = (x0 + tile.rows.first().map_or(0, |r| r.len()), y0 + tile.rows.len());
-    let (nothing, untouched) = (job.finish.nothing(), job.finish.pixel(job.resolve.untouched(work.start)));
+    let (nothing, untouched) = (job.resolve.missed(job.finish), job.resolve.untouched(job.finish, work.start));
     for by in (y0 / SIDE * SIDE..y1).step_by(SIDE) {
         if job.control.is_stopped() {
             return false;

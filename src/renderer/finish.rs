@@ -6,12 +6,15 @@ use crate::scene::{Blend, Fog, FogWeighting, Method, Premultiplied, Scene, SlabF
 use crate::volume::Volume;
 use std::array;
 
+/// A layer with nothing in it.
+const EMPTY: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
+
 /// Layers stay layers.
 pub(super) struct AsLayer;
 
 impl Finish for AsLayer {
     fn nothing(&self) -> [f32; 4] {
-        [0.0, 0.0, 0.0, 1.0]
+        EMPTY
     }
 
     #[inline(always)]
@@ -71,7 +74,10 @@ impl OverBackground {
         };
         let background = [r, g, b, alpha as f32];
         let light = scene.linear_light();
-        Self { background, nothing: if light { displayed(background) } else { background }, most, light }
+        let mut over = Self { background, nothing: background, most, light };
+        // What no slice covers comes out as where slices show nothing: of a translucent background 1 + (b - 1) is not always b.
+        over.nothing = over.pixel(EMPTY);
+        over
     }
 }
 

@@ -52,7 +52,7 @@ impl Runs {
                 let steepest = [(0.0, 0.0), (w, 0.0), (0.0, h), (w, h)].iter().map(|&(x, y)| along(f, x, y)).fold(0.0, f64::max);
                 let cells = scale * (SIDE - 1) as f64 * (f.b.abs() + f.c.abs()) + planes * steepest;
                 // The fewest bricks that such a box and the slack around it touch, wherever they lie; one more is the most.
-                let least = (((cells + WIDER) / brick) as usize + 1).min(stack.dims[i]);
+                let least = (((cells + WIDER) / brick) as usize).saturating_add(1).min(stack.dims[i]);
                 // Nearer boxes are smaller: windows that are not too large for them, nor too small for this one.
                 if stack.perspective { 1 << least.ilog2() } else { least }
             })
