@@ -84,7 +84,8 @@ fn resampled(volume: &Volume, factor: f64) -> Result<Volume> {
     });
     let voxels = with_voxels!(volume.voxels(), v => gather(v, old.dims(), &pick));
     let (slope, intercept) = volume.rescale();
-    Volume::new(grid, voxels)?.with_rescale(slope, intercept)
+    let other = Volume::new(grid, voxels)?.with_rescale(slope, intercept)?;
+    other.with_labels_of(volume, |places| Ok(with_voxels!(places, v => gather(v, old.dims(), &pick))))
 }
 
 fn gather<T: Voxel>(voxels: &[T], [nx, ny, _]: [usize; 3], [x, y, z]: &[Vec<usize>; 3]) -> Voxels {
@@ -110,6 +111,8 @@ mod tests {
             let grid = Grid::new([8, 4, 6], DVec3::new(5.0, -3.0, 1.0), steps).unwrap().with_convention(convention);
             let voxels = Voxels::U8((0..192).map(|i| (i % 8) as u8).collect());
             let volume = Volume::new(grid.clone(), voxels).unwrap().with_rescale(2.0, 1.0).unwrap();
+            let labels = Volume::new(grid.clone(), Voxels::U8((0..192).map(|i| (i % 8 / 4) as u8).collect())).unwrap();
+            let volume = volume.with_labels(&labels).unwrap();
             for factor in [0.5, 2.0] {
                 let other = resampled(&volume, factor).unwrap();
                 assert_eq!(other.grid().dims(), grid.dims().map(|n| (n as f64 * factor) as usize));
@@ -117,6 +120,8 @@ mod tests {
                     assert!(a.distance(b) < 1e-12, "{convention:?} {factor}: {a} {b}");
                 }
                 let [x, y, z] = other.grid().dims();
+                let map = other.labels().unwrap();
+                assert!((0..x).all(|i| map.label(i) == i64::from(i >= x / 2)));
                 assert!((0..x).all(|i| (other.value([i, y / 2, z - 1]) - (1.0 + 2.0 * (i as f64 / factor).floor())).abs() <= 2.0));
             }
         }

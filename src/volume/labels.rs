@@ -71,7 +71,7 @@ impl LabelMap {
     }
 
     /// The map of a part of its voxels, whose `places` in the list of labels are taken out of this one's.
-    pub(super) fn part(&self, places: impl FnOnce(&Voxels) -> Result<Voxels>) -> Result<Self> {
+    fn part(&self, places: impl FnOnce(&Voxels) -> Result<Voxels>) -> Result<Self> {
         Ok(Self { values: self.values.clone(), places: places(&self.places)?, segments: self.segments.clone() })
     }
 
@@ -214,6 +214,12 @@ impl Volume {
     /// The label map beside it, if there is one.
     pub fn labels(&self) -> Option<&LabelMap> {
         self.labels.as_deref()
+    }
+
+    /// The same volume with voxels of the label map beside `other`, where there is one: those whose `places` in its list of labels are taken out.
+    pub(crate) fn with_labels_of(mut self, other: &Self, places: impl FnOnce(&Voxels) -> Result<Voxels>) -> Result<Self> {
+        self.labels = other.labels.as_ref().map(|map| map.part(places)).transpose()?.map(std::sync::Arc::new);
+        Ok(self)
     }
 
     /// The labels that its own voxels are, where they are such.

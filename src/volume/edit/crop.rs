@@ -6,7 +6,6 @@ use crate::volume::{Buffer, Grid, Volume, Voxel, Voxels, with_voxels};
 use crate::{Error, Result};
 use glam::DVec3;
 use std::ops::Range;
-use std::sync::Arc;
 
 /// The voxels of `volume` in `ranges` along x, y and z, each where it was in the world.
 ///
@@ -27,10 +26,8 @@ pub fn crop(volume: &Volume, ranges: [Range<usize>; 3], progress: Option<&dyn Pr
     let part = part.with_space(grid.space()).with_convention(grid.convention());
     let each = volume.channels().count();
     let numbers = with_voxels!(volume.numbers(), v => copy(v, dims, &ranges, each, progress)?);
-    let labels = volume.labels().map(|map| map.part(|places| with_voxels!(places, v => copy(v, dims, &ranges, 1, progress))));
-    let mut cropped = volume.with_numbers(part, numbers)?;
-    cropped.labels = labels.transpose()?.map(Arc::new);
-    Ok(cropped)
+    let cropped = volume.with_numbers(part, numbers)?;
+    cropped.with_labels_of(volume, |places| with_voxels!(places, v => copy(v, dims, &ranges, 1, progress)))
 }
 
 /// The numbers in `ranges`; a voxel has `each` of them.
