@@ -141,7 +141,10 @@ export function anglesOf(camera, box) {
     : degrees(Math.atan2(dot(towards, side), dot(towards, box.front)));
   const level = rotate(side, UP, azimuth);
   const upright = cross(towards, level);
-  return { azimuth, elevation, roll: degrees(Math.atan2(-dot(camera.up, level), dot(camera.up, upright))) };
+  const roll = degrees(Math.atan2(-dot(camera.up, level), dot(camera.up, upright)));
+  // What is left of rounding is no angle.
+  const [a, e, r] = [azimuth, elevation, roll].map((angle) => Math.round(angle * 1e8) / 1e8 + 0);
+  return { azimuth: a, elevation: e, roll: r };
 }
 
 /// The camera with another projection that shows the target's surroundings in the same size.

@@ -18,8 +18,14 @@ import { short } from "./vectors.js";
 /// Most pixels of a picture that fills the page.
 const PIXELS = 1.5e6;
 
+/// Milliseconds that words below the picture stay.
+const TOLD = 12000;
+let told = 0;
+
 function say(words) {
   byId("message").textContent = words;
+  clearTimeout(told);
+  told = setTimeout(() => (byId("message").textContent = ""), TOLD);
 }
 
 /// Columns and rows of the picture: those that were chosen, else as many as the page has room for.
@@ -53,9 +59,9 @@ function createNumbers() {
   return (frame, now) => {
     const { info, moving } = frame;
     times = [...times.filter((t) => now - t < 1000), ...(moving ? [now] : [])];
-    const parts = [`${info.width} × ${info.height} pixels`, `${info.slices} slices`, `${short(info.render_ms, 3)} ms`];
+    const parts = [`${info.width} × ${info.height}`, `${info.slices} slices`, `${short(info.render_ms, 3)} ms`];
     if (moving) parts.push(`${times.length} frames a second`);
-    else if (info.error !== null && info.error !== undefined) parts.push(`error about ${short(info.error, 2)}`);
+    else if (info.error !== null && info.error !== undefined) parts.push(`error ${short(info.error, 2)}`);
     byId("numbers").textContent = parts.join(" · ");
   };
 }
@@ -204,7 +210,7 @@ function drawer() {
   const button = byId("drawer");
   button.addEventListener("click", () => {
     const alone = document.body.classList.toggle("alone");
-    button.textContent = alone ? "Show controls" : "Hide controls";
+    button.textContent = alone ? "Show" : "Hide";
     button.setAttribute("aria-expanded", String(!alone));
   });
 }

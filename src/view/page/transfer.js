@@ -111,6 +111,7 @@ export function createTransfer({ host, store, volume, histogram }) {
         Backspace: remove,
         Enter: addBeside,
         Insert: addBeside,
+        " ": () => value.input.focus(),
       }[event.key];
       if (!act) return;
       event.preventDefault();

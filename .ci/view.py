@@ -1,0 +1,373 @@
+#!/usr/bin/env python3
+"""Drives the page of `slicestack view` in a headless Chromium, as a hand at the mouse and the keyboard would, and checks what comes of it.
+One line for each failure, exit status 1 when there is one.
+
+usage: view.py [--command SLICESTACK] [--address URL] [--measure] [--screens DIR]
+
+  --command   the command (default: target/release/slicestack beside this folder)
+  --address   a view that runs already, in the place of one that is started here; the scene that it saves is then rendered by --command
+  --measure   count frames a second, the time from input to picture, and the time to the still picture; print them as a table
+  --screens   write screenshots of the page into DIR: 400 and 1280 pixels wide, light and dark
+"""
+import argparse
+import base64
+import os
+import pathlib
+import re
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+
+sys.path.insert(0, str(pathlib.Path(__file__).parent))
+from webdriver import Browser
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+HEAD = ROOT.parent / "shared/data/cthead/CThead_256x256x113_int16be.raw.gz"
+SCENE = f'[volume]\npath = "{HEAD}"\ndimensions = [256, 256, 113]\ntype = "i16"\nendian = "big"\nspacing = [1.0, 1.0, 2.0]\n'
+# Degrees of a drag across the shorter side of the picture: TURN in pointer.js.
+TURN = 200
+INTERACTIVE = "a[href], button, input, select, textarea, summary, [tabindex='0']"
+
+failures = []
+
+
+def check(good, what):
+    print(f"{'ok  ' if good else 'FAIL'} {what}", file=sys.stderr)
+    if not good:
+        failures.append(what)
+
+
+class Page:
+    """The page in the browser's present window."""
+
+    def __init__(self, browser, address):
+        self.browser = browser
+        browser.open(address)
+        self.wait("return Boolean(window.slicestack)", "the page opens")
+        self.rest()
+
+    def wait(self, script, what, seconds=60):
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            if self.browser.run(script):
+                return
+            time.sleep(0.03)
+        raise SystemExit(f"view.py: waited {seconds} s in vain: {what}; the page says: {self.browser.run('return document.body.innerText')[:300]}")
+
+    def rest(self):
+        """Waits for the still frame."""
+        time.sleep(0.2)
+        self.wait("return window.slicestack.idle()", "a still frame")
+
+    def bytes(self):
+        """The still frame as the server sent it."""
+        text = self.browser.run_async(
+            "const bytes = new Uint8Array(await window.slicestack.still().blob.arrayBuffer());"
+            "let text = ''; for (let n = 0; n < bytes.length; n += 8192) text += String.fromCharCode(...bytes.subarray(n, n + 8192)); return btoa(text)"
+        )
+        return base64.b64decode(text)
+
+    def angle(self, label):
+        return float(self.browser.run("return [...document.querySelectorAll('label')].find((l) => l.innerText.trim() === arguments[0]).querySelector('input').value", label))
+
+    def opacity(self):
+        return self.browser.run("return window.slicestack.document().transfer.opacity")
+
+    def choose(self, css, value):
+        self.browser.run("const s = document.querySelector(arguments[0]); s.value = arguments[1]; s.dispatchEvent(new Event('change'))", css, value)
+        self.rest()
+
+    def unfold(self):
+        self.browser.run("document.querySelectorAll('#sections details').forEach((d) => (d.open = true))")
+
+    def message(self):
+        return self.browser.run("return document.getElementById('message').textContent")
+
+
+def turning(page):
+    b = page.browser
+    before, azimuth, elevation = page.bytes(), page.angle("Azimuth"), page.angle("Elevation")
+    wide, tall = b.run("const f = document.getElementById('frame'); return [f.clientWidth, f.clientHeight]")
+    b.drag(b.center("#frame"), (120, -40))
+    page.rest()
+    per = TURN / min(wide, tall)
+    turned = (page.angle("Azimuth") - azimuth + 180) % 360 - 180
+    check(abs(turned + 120 * per) < 0.1, f"a drag of 120 pixels to the right turns the eye {120 * per:.2f} degrees to the left: {turned:.2f}")
+    check(abs(page.angle("Elevation") - elevation + 40 * per) < 0.1, "a drag upwards lowers the eye by as much")
+    check(page.bytes() != before, "a drag changes the picture")
+    b.press("Control+z")
+    page.rest()
+    check(page.bytes() == before, "undo brings the same bytes back")
+    b.press("Control+Shift+z")
+    page.rest()
+    check(page.bytes() != before, "redo turns again")
+    b.press("Control+z", "ArrowRight")
+    page.rest()
+    check(abs(page.angle("Azimuth") - azimuth - 4) < 0.01, "the right arrow key turns by 4 degrees")
+    height = "return window.slicestack.camera().height"
+    was = b.run(height)
+    b.press("+")
+    page.rest()
+    check(b.run(height) < was, "plus zooms in")
+    b.press("Home")
+    page.rest()
+    check(page.bytes() == before, "Home shows the first view again, to the bit")
+
+
+def transfer(page):
+    b = page.browser
+    before, points = page.bytes(), page.opacity()
+    middle = len(points) // 2
+    spot = b.center(f"[data-point='opacity-{middle}']")
+    b.drag(spot, (0, -45))
+    page.rest()
+    raised = page.opacity()
+    check(raised[middle][1] > points[middle][1], "a control point that is dragged upwards has more opacity")
+    check(page.bytes() != before, "a dragged control point changes the picture")
+    b.press("Control+z")
+    page.rest()
+    check(page.bytes() == before and page.opacity() == points, "undo puts the control point back, to the bit")
+    b.run("document.querySelector(arguments[0]).focus()", f"[data-point='opacity-{middle}']")
+    b.press("ArrowRight", "ArrowUp")
+    page.rest()
+    moved = page.opacity()[middle]
+    check(moved[0] > points[middle][0] and moved[1] > points[middle][1], "arrow keys move a control point")
+    b.press("Enter")
+    check(len(page.opacity()) == len(points) + 1, "Enter adds a control point")
+    b.press("Delete")
+    page.rest()
+    check(len(page.opacity()) == len(points), "Delete takes it away")
+    area = b.run("const f = document.querySelector('.transfer rect.field').getBoundingClientRect(); return [f.x + 0.62 * f.width, f.y + 0.3 * f.height]")
+    for count in (1, 2):
+        b.mouse("mousePressed", *area, clickCount=count)
+        b.mouse("mouseReleased", *area, clickCount=count)
+    page.rest()
+    check(len(page.opacity()) == len(points) + 1, "a double click adds a control point")
+    for _ in range(8):
+        if page.opacity() != points:
+            b.press("Control+z")
+    page.rest()
+    check(page.bytes() == before, "undo, step by step, brings the first bytes back")
+
+
+def crop_and_probe(page):
+    b = page.browser
+    before = page.bytes()
+    page.unfold()
+    b.run("const h = document.getElementById('show-handles'); if (!h.checked) h.click()")
+    b.run("document.querySelector(\"[aria-label='Crop, high x']\").focus()")
+    b.press(*["PageDown"] * 6)
+    page.rest()
+    clips = b.run("return window.slicestack.document().clip")
+    check(bool(clips) and len(clips) == 1, f"keys on a handle crop the box: {clips}")
+    check(page.bytes() != before, "the crop changes the picture")
+    b.drag(b.center("[aria-label='Crop, high z']"), (0, 60))
+    page.rest()
+    check(len(b.run("return window.slicestack.document().clip")) == 2, "a dragged handle crops too")
+    while b.run("return Boolean(window.slicestack.document().clip)"):
+        b.press("Control+z")
+    page.rest()
+    b.run("document.getElementById('show-handles').click()")
+    b.run("document.getElementById('frame').focus()")
+    b.press("p")
+    page.wait("return document.querySelector('#probe-plot svg')", "the probe's plot")
+    place = b.run("return document.querySelector('#probe-facts dd').textContent")
+    b.press("Shift+ArrowLeft")
+    page.wait(f"return document.querySelector('#probe-facts dd').textContent !== '{place}'", "the probe follows the arrow keys")
+    check(True, "the probe follows the arrow keys and shows its plot")
+    b.press("Escape")
+    page.rest()
+
+
+def saving(page, command, downloads, own):
+    b = page.browser
+    still = page.bytes()
+    width, height = b.run("return window.slicestack.size()")
+    for path in downloads.iterdir():
+        path.unlink()
+    b.run("document.getElementById('save-json').click()")
+    for _ in range(200):
+        saved = [p for p in downloads.iterdir() if p.suffix == ".json"]
+        if saved:
+            break
+        time.sleep(0.05)
+    check(bool(saved), f"a scene is saved; the page says: {page.message()}")
+    if not saved:
+        return
+    scene = own / saved[0].name
+    scene.write_bytes(saved[0].read_bytes())
+    out = downloads / "again.png"
+    done = subprocess.run([command, "render", scene, "--size", f"{width}x{height}", "--no-metadata", "-o", out], capture_output=True, text=True)
+    check(done.returncode == 0, f"the saved scene is rendered by the command {done.stderr.strip() if done.returncode else ''}")
+    check(done.returncode == 0 and out.read_bytes() == still, "the saved scene rendered by the command gives the bytes of the still frame")
+
+
+def keyboard(page):
+    """Tab goes to every control, and each has a name."""
+    b = page.browser
+    page.unfold()
+    b.run("const h = document.getElementById('show-handles'); if (!h.checked) h.click()")
+    wanted = b.run(
+        f"""const all = [...document.querySelectorAll("{INTERACTIVE}")].filter((e) => !e.disabled && e.checkVisibility({{visibilityProperty: true}}) && !e.closest("dialog:not([open])"));
+        all.forEach((e, n) => (e.dataset.walk = n)); document.activeElement.blur(); window.scrollTo(0, 0); return all.length"""
+    )
+    seen, nameless = set(), []
+    for _ in range(wanted + 8):
+        b.press("Tab")
+        at = b.run("return document.activeElement.dataset.walk ?? null")
+        if at is not None and at not in seen:
+            seen.add(at)
+            if not b.label(f"[data-walk='{at}']").strip():
+                nameless.append(b.run("return document.activeElement.outerHTML.slice(0, 120)"))
+    missed = b.run("return [...document.querySelectorAll('[data-walk]')].filter((e) => !arguments[0].includes(e.dataset.walk)).map((e) => e.outerHTML.slice(0, 100))", sorted(seen))
+    # What a focused point of colour hides, numbers of opacity, is reached from a point of opacity.
+    b.run("document.querySelector('[data-point=opacity-0]').focus()")
+    b.press(" ", "Tab")
+    at = b.run("return document.activeElement.closest('label')?.innerText.trim()")
+    check(at == "Opacity", f"space leads from a point to its numbers: {at}")
+    missed = [e for e in missed if f'data-walk="{b.run("return document.activeElement.dataset.walk")}"' not in e]
+    check(wanted > 40 and not missed, f"Tab reaches all {wanted} controls; missed: {missed[:3]}")
+    check(not nameless, f"each control has a name for screen readers; without: {nameless[:3]}")
+    b.run("document.getElementById('show-handles').click(); document.getElementById('frame').focus()")
+    b.press("?")
+    check(b.run("return document.getElementById('help').open"), "? shows the keys")
+    b.press("Escape")
+    page.rest()
+
+
+def two_pages(page, address):
+    b = page.browser
+    first, before = b.call("GET", "/window"), page.bytes()
+    second = b.call("POST", "/window/new", {"type": "window"})["handle"]
+    b.call("POST", "/window", {"handle": second})
+    b.size(1280, 800)
+    other = Page(b, address)
+    b.drag(b.center("#frame"), (80, 30))
+    other.rest()
+    check(other.bytes() != before, "a second page turns its own view")
+    b.call("DELETE", "/window")
+    b.call("POST", "/window", {"handle": first})
+    check(page.bytes() == before, "the first page keeps its own")
+
+
+def measure(page):
+    """Turns the head with the mouse for five seconds, with and without light."""
+    b = page.browser
+    page.choose("#size", "512")
+    rows = []
+
+    def turn(name):
+        b.run("const c = window.slicestack.counts; c.frames = 0; c.latencies.length = 0; c.stillAfter.length = 0")
+        x, y = b.center("#frame")
+        b.mouse("mousePressed", x, y)
+        start, n = time.monotonic(), 0
+        while (now := time.monotonic() - start) < 5:
+            n += 1
+            swing = 100 * (1 - abs((now / 2.5) % 2 - 1))
+            b.mouse("mouseMoved", x + swing, y + 0.2 * swing)
+            time.sleep(max(0, n / 60 - (time.monotonic() - start)))
+        wall = time.monotonic() - start
+        frames, latencies = b.run("const c = window.slicestack.counts; return [c.frames, c.latencies]")
+        b.mouse("mouseReleased", x, y)
+        page.rest()
+        after = b.run("return window.slicestack.counts.stillAfter.at(-1)")
+        rank = sorted(latencies)
+        rows.append((name, frames / wall, statistics.median(rank), rank[int(0.95 * (len(rank) - 1))], after))
+
+    lit = "return (window.slicestack.document().light?.model ?? 'none') !== 'none'"
+    turn("lit" if b.run(lit) else "unlit")
+    if b.run(lit):
+        b.run("const d = window.slicestack.document(); window.slicestack.show({ ...d, light: { model: 'none' }, lights: undefined })")
+        page.rest()
+        turn("unlit")
+    print(f"{'512 x 512':10} {'frames/s':>9} {'median ms':>10} {'95 % ms':>9} {'still ms':>9}")
+    for name, rate, median, late, after in rows:
+        print(f"{name:10} {rate:9.1f} {median:10.1f} {late:9.1f} {after:9.1f}")
+
+
+def screens(page, folder):
+    b = page.browser
+    folder.mkdir(parents=True, exist_ok=True)
+    for width, height in ((1280, 800), (400, 800)):
+        for dark in (False, True):
+            b.size(width, height, dark)
+            time.sleep(0.5)
+            page.rest()
+            name = f"{width}-{'dark' if dark else 'light'}"
+            b.run("document.querySelectorAll('#sections details').forEach((d, n) => (d.open = n < 2)); document.getElementById('panel').scrollTop = 0")
+            b.screenshot(folder / f"{name}.png")
+            page.unfold()
+            time.sleep(3)
+            page.rest()
+            b.run("document.getElementById('show-handles').checked || document.getElementById('show-handles').click(); document.getElementById('frame').focus()")
+            b.press("p")
+            page.rest()
+            tall = b.run("return document.getElementById('panel').scrollHeight")
+            step = b.run("return document.getElementById('panel').clientHeight") - 40
+            for part, top in enumerate(range(0, tall, step)):
+                b.run("document.getElementById('panel').scrollTop = arguments[0]", top)
+                b.screenshot(folder / f"{name}-panel-{part}.png")
+            b.press("Escape", "?")
+            b.screenshot(folder / f"{name}-help.png")
+            b.press("Escape")
+            b.run("document.getElementById('show-handles').click()")
+            wide = b.run("return [document.documentElement.scrollWidth, document.getElementById('panel').scrollWidth - document.getElementById('panel').clientWidth]")
+            check(wide[0] <= width and wide[1] <= 0, f"{name}: nothing is cut off at the side: {wide}")
+
+
+def serve(command, folder):
+    """Starts the view, and returns its process and its address."""
+    if HEAD.is_file():
+        scene = folder / "head.toml"
+        scene.write_text(SCENE)
+        what = [scene]
+    else:
+        print(f"view.py: NO {HEAD.name} HERE: a built-in volume is shown, and its numbers are no others' to compare with", file=sys.stderr)
+        what = []
+    process = subprocess.Popen([command, "view", *what, "--no-browser", "--port", "0"], stdout=subprocess.PIPE, text=True)
+    for line in process.stdout:
+        if found := re.search(r"http://\S+#[0-9a-f]{32}", line):
+            return process, found.group()
+    raise SystemExit(f"view.py: {command} view ended with status {process.wait()} and told no address")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--command", default=os.fspath(ROOT / "target/release/slicestack"))
+    parser.add_argument("--address")
+    parser.add_argument("--measure", action="store_true")
+    parser.add_argument("--screens", type=pathlib.Path)
+    args = parser.parse_args()
+    with tempfile.TemporaryDirectory() as temporary:
+        own, downloads = pathlib.Path(temporary), pathlib.Path(temporary) / "downloads"
+        downloads.mkdir()
+        process, address = (None, args.address) if args.address else serve(args.command, own)
+        try:
+            with Browser(downloads=downloads) as b:
+                b.size(1280, 800)
+                page = Page(b, address)
+                for part in (turning, transfer, crop_and_probe, keyboard):
+                    part(page)
+                saving(page, args.command, downloads, own)
+                two_pages(page, address)
+                if args.screens:
+                    screens(page, args.screens)
+                    b.size(1280, 800)
+                    page.rest()
+                if args.measure:
+                    measure(page)
+                log = b.log()
+                check(not log, f"nothing is wrong on the console: {log[:3]}")
+        finally:
+            if process:
+                process.terminate()
+                process.wait(10)
+    for line in failures:
+        print(f"view.py: {line}")
+    sys.exit(1 if failures else 0)
+
+
+if __name__ == "__main__":
+    main()
