@@ -10,10 +10,8 @@ usage: view.py [--command SLICESTACK] [--address URL] [--measure] [--screens DIR
   --screens   write screenshots of the page into DIR: 400 and 1280 pixels wide, light and dark
 """
 import argparse
-import base64
 import os
 import pathlib
-import re
 import statistics
 import subprocess
 import sys
@@ -21,69 +19,12 @@ import tempfile
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
+from viewpage import ROOT, Page, check, failures, scene_in, serve
 from webdriver import Browser
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
-HEAD = ROOT.parent / "shared/data/cthead/CThead_256x256x113_int16be.raw.gz"
-SCENE = f'[volume]\npath = "{HEAD}"\ndimensions = [256, 256, 113]\ntype = "i16"\nendian = "big"\nspacing = [1.0, 1.0, 2.0]\n'
 # Degrees of a drag across the shorter side of the picture: TURN in pointer.js.
 TURN = 200
 INTERACTIVE = "a[href], button, input, select, textarea, summary, [tabindex='0']"
-
-failures = []
-
-
-def check(good, what):
-    print(f"{'ok  ' if good else 'FAIL'} {what}", file=sys.stderr)
-    if not good:
-        failures.append(what)
-
-
-class Page:
-    """The page in the browser's present window."""
-
-    def __init__(self, browser, address):
-        self.browser = browser
-        browser.open(address)
-        self.wait("return Boolean(window.slicestack)", "the page opens")
-        self.rest()
-
-    def wait(self, script, what, seconds=60):
-        end = time.monotonic() + seconds
-        while time.monotonic() < end:
-            if self.browser.run(script):
-                return
-            time.sleep(0.03)
-        raise SystemExit(f"view.py: waited {seconds} s in vain: {what}; the page says: {self.browser.run('return document.body.innerText')[:300]}")
-
-    def rest(self):
-        """Waits for the still frame."""
-        time.sleep(0.2)
-        self.wait("return window.slicestack.idle()", "a still frame")
-
-    def bytes(self):
-        """The still frame as the server sent it."""
-        text = self.browser.run_async(
-            "const bytes = new Uint8Array(await window.slicestack.still().blob.arrayBuffer());"
-            "let text = ''; for (let n = 0; n < bytes.length; n += 8192) text += String.fromCharCode(...bytes.subarray(n, n + 8192)); return btoa(text)"
-        )
-        return base64.b64decode(text)
-
-    def angle(self, label):
-        return float(self.browser.run("return [...document.querySelectorAll('label')].find((l) => l.innerText.trim() === arguments[0]).querySelector('input').value", label))
-
-    def opacity(self):
-        return self.browser.run("return window.slicestack.document().transfer.opacity")
-
-    def choose(self, css, value):
-        self.browser.run("const s = document.querySelector(arguments[0]); s.value = arguments[1]; s.dispatchEvent(new Event('change'))", css, value)
-        self.rest()
-
-    def unfold(self):
-        self.browser.run("document.querySelectorAll('#sections details').forEach((d) => (d.open = true))")
-
-    def message(self):
-        return self.browser.run("return document.getElementById('message').textContent")
 
 
 def turning(page):
@@ -237,6 +178,45 @@ def keyboard(page):
     page.rest()
 
 
+def refusals(page):
+    """What the server refuses is told, and the picture stays."""
+    b = page.browser
+    before, was = page.bytes(), b.run("return JSON.stringify(window.slicestack.document())")
+    b.run("const d = window.slicestack.document(); window.slicestack.show({ ...d, render: { ...d.render, filter: 'cubic', profile: 'opengl' } })")
+    page.wait("return document.getElementById('message').textContent.length > 0", "the page tells what is refused")
+    page.rest()
+    check(page.bytes() == before and b.run("return JSON.stringify(window.slicestack.document())") == was, f"a refused scene leaves the picture as it was: {page.message()}")
+    # The browser itself notes the refusal on its console.
+    refused = [line for line in b.log() if "400" not in line]
+    check(not refused, f"a refusal is all that the console tells: {refused[:3]}")
+
+
+def export(browser, command, own):
+    """A page of pictures made beforehand turns from a file, without a server."""
+    folder = own / "turns"
+    making = [command, "view", "--export", folder, "--views", "8x3", "--size", "96x96", *scene_in(own)]
+    done = subprocess.run(making, capture_output=True, text=True)
+    check(done.returncode == 0 and len(list(folder.iterdir())) == 25, f"an export writes 24 pictures and a page: {done.stderr.strip()}")
+    again = subprocess.run(making, capture_output=True, text=True)
+    check(again.returncode == 0, "an export replaces its own")
+    other = own / "other"
+    other.mkdir()
+    (other / "letter.txt").write_text("mine")
+    refused = subprocess.run([*making[:3], other, *making[4:]], capture_output=True, text=True)
+    check(refused.returncode == 2 and [p.name for p in other.iterdir()] == ["letter.txt"], f"an export spares a folder of others: {refused.stderr.strip()}")
+    browser.log()
+    browser.open((folder / "index.html").as_uri())
+    shown = "const i = document.getElementById('picture'); return i.complete && i.naturalWidth === 96 ? [i.src, i.alt] : null"
+    seen = [browser.run(shown)]
+    for act in (lambda: browser.press("Tab", "ArrowRight"), lambda: browser.press("ArrowUp"), lambda: browser.drag(browser.center("#view"), (120, 0)), lambda: browser.press("Home")):
+        act()
+        time.sleep(0.3)
+        seen.append(browser.run(shown))
+    check(all(seen) and len({tuple(s) for s in seen[:4]}) == 4 and seen[4] == seen[0], f"keys and a drag turn it, Home brings the first view back: {[s and s[1] for s in seen]}")
+    log = browser.log()
+    check(not log, f"nothing is wrong on its console: {log[:3]}")
+
+
 def two_pages(page, address):
     b = page.browser
     first, before = b.call("GET", "/window"), page.bytes()
@@ -317,22 +297,6 @@ def screens(page, folder):
             check(wide[0] <= width and wide[1] <= 0, f"{name}: nothing is cut off at the side: {wide}")
 
 
-def serve(command, folder):
-    """Starts the view, and returns its process and its address."""
-    if HEAD.is_file():
-        scene = folder / "head.toml"
-        scene.write_text(SCENE)
-        what = [scene]
-    else:
-        print(f"view.py: NO {HEAD.name} HERE: a built-in volume is shown, and its numbers are no others' to compare with", file=sys.stderr)
-        what = []
-    process = subprocess.Popen([command, "view", *what, "--no-browser", "--port", "0"], stdout=subprocess.PIPE, text=True)
-    for line in process.stdout:
-        if found := re.search(r"http://\S+#[0-9a-f]{32}", line):
-            return process, found.group()
-    raise SystemExit(f"view.py: {command} view ended with status {process.wait()} and told no address")
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--command", default=os.fspath(ROOT / "target/release/slicestack"))
@@ -351,6 +315,7 @@ def main():
                 for part in (turning, transfer, crop_and_probe, keyboard):
                     part(page)
                 saving(page, args.command, downloads, own)
+                refusals(page)
                 two_pages(page, address)
                 if args.screens:
                     screens(page, args.screens)
@@ -360,6 +325,7 @@ def main():
                     measure(page)
                 log = b.log()
                 check(not log, f"nothing is wrong on the console: {log[:3]}")
+                export(b, args.command, own)
         finally:
             if process:
                 process.terminate()

@@ -20,7 +20,8 @@ export function createFrames({ store, canvas, size, shown, failed }) {
   let still = null, lastShown = null;
 
   function change() {
-    const now = performance.now();
+    // When the hand moved, not when the page came to hear of it.
+    const now = window.event?.timeStamp || performance.now();
     changedAt ??= now;
     restedFrom = now;
     want = "moving";

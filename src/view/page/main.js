@@ -140,19 +140,25 @@ function begin(opened) {
   const probe = createProbe({ store, volume, size, mark: handles.mark, say, section: byId("probe") });
   createSave({ store, size, say });
 
-  let drawn = null;
+  // The picture is asked for at once; what the controls show follows with the screen's next frame.
+  let drawn = store.document, waiting = false;
   function update(scene) {
-    fields.update(scene);
-    transfer.update();
-    handles.update();
-    byId("undo").disabled = !store.canUndo;
-    byId("redo").disabled = !store.canRedo;
     if (scene !== drawn) frames.change();
+    if (scene.transfer !== drawn.transfer) transfer.update();
     drawn = scene;
+    if (waiting) return;
+    waiting = true;
+    requestAnimationFrame(() => {
+      waiting = false;
+      fields.update(store.document);
+      handles.update();
+      byId("undo").disabled = !store.canUndo;
+      byId("redo").disabled = !store.canRedo;
+    });
   }
   store.subscribe(update);
-  drawn = store.document;
   update(store.document);
+  transfer.update();
   frames.begin();
   createPresets({ presets: opened.presets, store, apply: (scene) => store.set(fit(scene)), say, idle: frames.idle });
 
