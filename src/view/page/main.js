@@ -68,13 +68,13 @@ function createNumbers() {
 
 function theme() {
   const dark = matchMedia("(prefers-color-scheme: dark)"), button = byId("theme");
-  let choice = "system";
+  let choice = "auto";
   const apply = () => {
-    document.documentElement.dataset.theme = choice === "system" ? (dark.matches ? "dark" : "light") : choice;
+    document.documentElement.dataset.theme = choice === "auto" ? (dark.matches ? "dark" : "light") : choice;
     button.textContent = `Theme: ${choice}`;
   };
   button.addEventListener("click", () => {
-    choice = { system: "light", light: "dark", dark: "system" }[choice];
+    choice = { auto: "light", light: "dark", dark: "auto" }[choice];
     apply();
   });
   dark.addEventListener("change", apply);

@@ -22,6 +22,7 @@ export function createPresets({ presets, store, apply, say, idle }) {
   byId("presets-rest").append(...rest.map((c) => c.card));
   byId("presets-more").hidden = rest.length === 0;
   byId("presets-none").hidden = fit.length > 0;
+  byId("presets").hidden = presets.length === 0;
 
   async function choose(name) {
     try {
