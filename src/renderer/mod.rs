@@ -172,6 +172,20 @@ impl Renderer {
         }
     }
 
+    /// Another renderer of the same volume and settings, to be used at the same time: it shares what depends on the volume alone, as far as that is
+    /// there already.
+    pub fn beside(&self) -> Self {
+        Self {
+            volume: Arc::clone(&self.volume),
+            settings: self.settings.clone(),
+            level: self.level,
+            stopper: Stopper::default(),
+            pool: None,
+            cache: self.cache.beside(),
+            scratch: Vec::new(),
+        }
+    }
+
     /// The volume that it renders.
     pub fn volume(&self) -> &Arc<Volume> {
         &self.volume

@@ -1,0 +1,75 @@
+//! `slicestack view`.
+
+use super::output::print;
+use super::scene::{SceneArgs, load};
+use super::complain;
+use anyhow::Result;
+use slicestack::Settings;
+use slicestack::view::Server;
+use std::process::{Command, Stdio};
+
+/// What `view` takes.
+#[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub(super) struct ViewArgs {
+    /// Port to listen at, on this machine alone; a free one unless given.
+    #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
+    port: u16,
+    /// Open no browser: print the address alone.
+    #[arg(long)]
+    no_browser: bool,
+    /// Worker threads; one per core unless given.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=4096))]
+    threads: Option<u64>,
+    #[command(flatten)]
+    scene: SceneArgs,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  slicestack view                                     a built-in volume
+  slicestack view head.nrrd                           a browser opens; Ctrl-C ends the view
+  slicestack view scene.toml --size 800x600
+  slicestack view ct.nii.gz --no-browser --port 8123  on another machine: ssh -L 8123:127.0.0.1:8123 host
+
+The scene takes the same flags as in `slicestack render`.";
+
+pub(super) fn run(args: &ViewArgs) -> Result<()> {
+    let (text, overrides) = args.scene.read()?;
+    let scene = text.open(&overrides)?;
+    let settings = Settings::new().threads(args.threads.map(|n| n as usize)).limits(args.scene.limits());
+    let volume = load(scene.volume(), &settings.limits)?;
+    let server = Server::builder(scene, volume).port(args.port).settings(settings).start()?;
+    server.notes().iter().for_each(|note| complain("note", note));
+    server.warnings().iter().for_each(|warning| complain("warning", warning));
+    let (url, port) = (server.url(), server.port());
+    print(format!("{url}\n").as_bytes())?;
+    eprintln!("Ctrl-C ends the view. From another machine: ssh -L {port}:127.0.0.1:{port} HOST, then open the address there.");
+    if !args.no_browser && has_display() {
+        if let Err(e) = browse(&url) {
+            complain("note", &format!("no browser could be opened ({e}): open the address above"));
+        }
+    }
+    server.wait();
+    Ok(())
+}
+
+/// Whether there is a screen that a browser could show itself on.
+fn has_display() -> bool {
+    cfg!(any(windows, target_os = "macos")) || ["DISPLAY", "WAYLAND_DISPLAY"].into_iter().any(|name| std::env::var_os(name).is_some())
+}
+
+/// Opens the browser that the system takes for `url`.
+fn browse(url: &str) -> std::io::Result<()> {
+    let mut command = if cfg!(windows) {
+        let mut command = Command::new("cmd");
+        command.args(["/C", "start", ""]);
+        command
+    } else {
+        Command::new(if cfg!(target_os = "macos") { "open" } else { "xdg-open" })
+    };
+    let mut child = command.arg(url).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn()?;
+    // Some of them stay as long as the browser does.
+    std::thread::spawn(move || drop(child.wait()));
+    Ok(())
+}
