@@ -24,6 +24,7 @@
 
 mod api;
 mod document;
+pub mod export;
 mod frames;
 mod guard;
 mod http;
