@@ -157,6 +157,7 @@ function begin(opened) {
     });
   }
   store.subscribe(update);
+  byId("sections").addEventListener("toggle", () => update(store.document), true);
   update(store.document);
   transfer.update();
   frames.begin();
