@@ -44,7 +44,10 @@ impl FromStr for Views {
             return Err(Error::invalid(format!("views {text}: write how many around and how many upwards, such as 36x5")));
         };
         if columns == 0 || rows == 0 || u64::from(columns) * u64::from(rows) > u64::from(MOST) {
-            return Err(Error::invalid(format!("views {text}: makes {} pictures; there can be 1 to {MOST}", u64::from(columns) * u64::from(rows))));
+            return Err(Error::invalid(format!(
+                "views {text}: makes {} pictures; there can be 1 to {MOST}",
+                u64::from(columns) * u64::from(rows)
+            )));
         }
         Ok(Self { columns, rows })
     }
