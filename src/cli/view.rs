@@ -3,9 +3,11 @@
 use super::output::print;
 use super::scene::{SceneArgs, load};
 use super::complain;
-use anyhow::Result;
-use slicestack::Settings;
+use anyhow::{Context, Result};
+use clap::Parser;
+use slicestack::scene::SceneFile;
 use slicestack::view::Server;
+use slicestack::{Error, Settings};
 use std::process::{Command, Stdio};
 
 /// What `view` takes.
@@ -39,7 +41,7 @@ pub(super) fn run(args: &ViewArgs) -> Result<()> {
     let scene = text.open(&overrides)?;
     let settings = Settings::new().threads(args.threads.map(|n| n as usize)).limits(args.scene.limits());
     let volume = load(scene.volume(), &settings.limits)?;
-    let server = Server::builder(scene, volume).port(args.port).settings(settings).start()?;
+    let server = Server::builder(scene, volume).port(args.port).settings(settings).command_line(scene_arguments(), read_again).start()?;
     server.notes().iter().for_each(|note| complain("note", note));
     server.warnings().iter().for_each(|warning| complain("warning", warning));
     let (url, port) = (server.url(), server.port());
@@ -52,6 +54,41 @@ pub(super) fn run(args: &ViewArgs) -> Result<()> {
     }
     server.wait();
     Ok(())
+}
+
+/// Flags of the view itself, and whether they take a value.
+const OWN: [(&str, bool); 3] = [("--port", true), ("--threads", true), ("--no-browser", false)];
+
+/// The arguments of this command that are about the scene.
+fn scene_arguments() -> Vec<String> {
+    let mut words = std::env::args_os().skip(2).map(|word| word.to_string_lossy().into_owned());
+    let mut kept = Vec::new();
+    while let Some(word) = words.next() {
+        let name = word.split('=').next().unwrap_or_default();
+        match OWN.iter().find(|(own, _)| *own == name) {
+            None => kept.push(word),
+            Some((_, true)) if !word.contains('=') => drop(words.next()),
+            Some(_) => {}
+        }
+    }
+    kept
+}
+
+/// Arguments as `slicestack render` reads them.
+fn read_again(arguments: &[String]) -> slicestack::Result<SceneFile> {
+    /// A command of nothing but a scene.
+    #[derive(Parser)]
+    struct Again {
+        #[command(flatten)]
+        scene: SceneArgs,
+    }
+    let words = ["render".to_owned()].into_iter().chain(arguments.iter().cloned());
+    let read = || {
+        let again = Again::try_parse_from(words).context("arguments")?;
+        let (text, overrides) = again.scene.read()?;
+        text.open(&overrides)
+    };
+    read().map_err(|e| Error::invalid(format!("{e:#}")))
 }
 
 /// Whether there is a screen that a browser could show itself on.

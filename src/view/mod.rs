@@ -23,13 +23,17 @@
 //! ```
 
 mod api;
+mod command;
 mod document;
 mod frames;
 mod guard;
 mod http;
 mod open;
 mod page;
+mod presets;
+mod probe;
 mod quality;
+mod save;
 mod server;
 mod watch;
 
