@@ -4,10 +4,12 @@ use super::output::print;
 use super::progress::catch_signals;
 use super::scene::{SceneArgs, load};
 use super::{complain, export};
-use anyhow::Result;
-use slicestack::Settings;
+use anyhow::{Context, Result};
+use clap::Parser;
+use slicestack::scene::SceneFile;
 use slicestack::view::Server;
 use slicestack::view::export::Views;
+use slicestack::{Error, Settings};
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
@@ -53,7 +55,7 @@ pub(super) fn run(args: &ViewArgs) -> Result<()> {
     let (text, overrides) = args.scene.read()?;
     let scene = text.open(&overrides)?;
     let volume = load(scene.volume(), &settings.limits)?;
-    let server = Server::builder(scene, volume).port(args.port).settings(settings).start()?;
+    let server = Server::builder(scene, volume).port(args.port).settings(settings).command_line(scene_arguments(), read_again).start()?;
     server.notes().iter().for_each(|note| complain("note", note));
     server.warnings().iter().for_each(|warning| complain("warning", warning));
     let (url, port) = (server.url(), server.port());
@@ -66,6 +68,41 @@ pub(super) fn run(args: &ViewArgs) -> Result<()> {
     }
     server.wait();
     Ok(())
+}
+
+/// Flags of the view itself, and whether they take a value.
+const OWN: [(&str, bool); 3] = [("--port", true), ("--threads", true), ("--no-browser", false)];
+
+/// The arguments of this command that are about the scene.
+fn scene_arguments() -> Vec<String> {
+    let mut words = std::env::args_os().skip(2).map(|word| word.to_string_lossy().into_owned());
+    let mut kept = Vec::new();
+    while let Some(word) = words.next() {
+        let name = word.split('=').next().unwrap_or_default();
+        match OWN.iter().find(|(own, _)| *own == name) {
+            None => kept.push(word),
+            Some((_, true)) if !word.contains('=') => drop(words.next()),
+            Some(_) => {}
+        }
+    }
+    kept
+}
+
+/// Arguments as `slicestack render` reads them.
+fn read_again(arguments: &[String]) -> slicestack::Result<SceneFile> {
+    /// A command of nothing but a scene.
+    #[derive(Parser)]
+    struct Again {
+        #[command(flatten)]
+        scene: SceneArgs,
+    }
+    let words = ["render".to_owned()].into_iter().chain(arguments.iter().cloned());
+    let read = || {
+        let again = Again::try_parse_from(words).context("arguments")?;
+        let (text, overrides) = again.scene.read()?;
+        text.open(&overrides)
+    };
+    read().map_err(|e| Error::invalid(format!("{e:#}")))
 }
 
 /// Whether there is a screen that a browser could show itself on.

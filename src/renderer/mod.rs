@@ -11,6 +11,8 @@
 
 pub(crate) mod adaptive;
 mod aov;
+#[cfg(feature = "explain")]
+mod block;
 mod cache;
 mod casting;
 mod finish;

@@ -1,11 +1,13 @@
 //! What the page can ask for: from a path and JSON to an answer.
 
+use super::command::{self, Start};
 use super::document::{Asked, Document, Opened, told};
 use super::frames::{Frame, Frames, Wanted};
 use super::http::{Request, Response};
-use super::open;
+use super::save::{self, Kind};
 use super::watch::Watch;
-use crate::{Error, Result};
+use super::{open, presets, probe};
+use crate::{Error, Renderer, Result};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::json;
@@ -23,6 +25,8 @@ pub(super) struct Api {
     pub(super) frames: Arc<Frames>,
     pub(super) watch: Watch,
     pub(super) title: String,
+    /// How the view was started, where a command did that.
+    pub(super) start: Option<Start>,
     /// What was decided when the scene was opened, and what is likely not meant.
     pub(super) notes: Vec<String>,
     pub(super) warnings: Vec<String>,
@@ -71,14 +75,64 @@ struct DocumentBody {
 }
 
 #[derive(Deserialize)]
+struct PictureBody {
+    document: Document,
+    width: u32,
+    height: u32,
+}
+
+#[derive(Deserialize)]
+struct ProbeBody {
+    document: Document,
+    width: u32,
+    height: u32,
+    x: u32,
+    y: u32,
+}
+
+#[derive(Deserialize)]
+struct PresetBody {
+    document: Document,
+    preset: String,
+}
+
+#[derive(Deserialize)]
+struct ThumbnailBody {
+    document: Document,
+    preset: String,
+    size: u32,
+}
+
+#[derive(Deserialize)]
+struct SaveBody {
+    document: Document,
+    width: u32,
+    height: u32,
+    format: Kind,
+}
+
+#[derive(Deserialize)]
 struct CloseBody {
     client: String,
 }
 
+/// Everything that there is to ask for.
+const PATHS: [&str; 9] = [
+    "/api/open",
+    "/api/frame",
+    "/api/probe",
+    "/api/thumbnail",
+    "/api/preset",
+    "/api/document",
+    "/api/save",
+    "/api/command",
+    "/api/close",
+];
+
 impl Api {
     /// Whether there is something at `path`.
     pub(super) fn knows(path: &str) -> bool {
-        matches!(path, "/api/open" | "/api/frame" | "/api/document" | "/api/close")
+        PATHS.contains(&path)
     }
 
     /// The answer to `request`, which the guard has let through and which came over `stream`.
@@ -87,7 +141,12 @@ impl Api {
         let answer = match request.path.as_str() {
             "/api/open" => self.open(),
             "/api/frame" => self.frame(body, stream),
+            "/api/probe" => self.probe(body, stream),
+            "/api/thumbnail" => self.thumbnail(body, stream),
+            "/api/preset" => self.preset(body),
             "/api/document" => self.document(body),
+            "/api/save" => self.save(body, stream),
+            "/api/command" => self.command(body),
             "/api/close" => self.close(body),
             _ => return Response::error(404, "there is nothing there", None),
         };
@@ -120,6 +179,52 @@ impl Api {
     fn document(&self, body: &[u8]) -> Answer {
         let DocumentBody { document } = read(body)?;
         self.resolved(&self.opened.read(document, None)?)
+    }
+
+    fn preset(&self, body: &[u8]) -> Answer {
+        let PresetBody { document, preset } = read(body)?;
+        self.resolved(&presets::with_preset(&self.opened, document, &preset, None)?)
+    }
+
+    fn thumbnail(&self, body: &[u8], stream: &TcpStream) -> Answer {
+        let ThumbnailBody { document, preset, size } = read(body)?;
+        let mut renderer = self.frames.aside();
+        let png = self.watched(stream, &mut renderer, |renderer| presets::thumbnail(&self.opened, renderer, document, &preset, size))?;
+        Ok(Response::new("image/png", png))
+    }
+
+    fn probe(&self, body: &[u8], stream: &TcpStream) -> Answer {
+        let ProbeBody { document, width, height, x, y } = read(body)?;
+        let asked = self.opened.read(document, Some((width, height)))?;
+        let mut renderer = self.frames.aside();
+        Ok(Response::json(&self.watched(stream, &mut renderer, |renderer| probe::answer(&self.opened, renderer, &asked, (x, y)))?))
+    }
+
+    fn save(&self, body: &[u8], stream: &TcpStream) -> Answer {
+        let SaveBody { document, width, height, format } = read(body)?;
+        let asked = self.opened.read(document, Some((width, height)))?;
+        // One of its own: a picture in full may take long.
+        let mut renderer = self.frames.aside().beside();
+        let bytes = self.watched(stream, &mut renderer, |renderer| save::bytes(&self.opened, renderer, &asked, format))?;
+        let stem = self.title.rsplit_once('.').map_or(self.title.as_str(), |(stem, _)| stem);
+        Ok(Response::new(format.content_type(), bytes).with("X-Name", format!("{stem}.{}", format.extension())))
+    }
+
+    fn command(&self, body: &[u8]) -> Answer {
+        let PictureBody { document, width, height } = read(body)?;
+        let asked = self.opened.read(document, Some((width, height)))?;
+        Ok(Response::json(&command::answer(&self.opened, self.start.as_ref(), &asked)?))
+    }
+
+    /// What `work` makes with `renderer`, which stops once the other side of `stream` has gone.
+    fn watched<T>(&self, stream: &TcpStream, renderer: &mut Renderer, work: impl FnOnce(&mut Renderer) -> Result<T>) -> Result<T> {
+        let stopper = renderer.stopper();
+        let watching = self.watch.over(stream, move || stopper.stop()).map_err(|_| Error::Stopped)?;
+        let done = work(renderer);
+        drop(watching);
+        // Whoever went away as the work was done must not stop the next.
+        renderer.stopper().reset();
+        done
     }
 
     /// The document of `asked`, and what there is to tell of it.

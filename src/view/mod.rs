@@ -23,6 +23,7 @@
 //! ```
 
 mod api;
+mod command;
 mod document;
 pub mod export;
 mod frames;
@@ -30,7 +31,10 @@ mod guard;
 mod http;
 mod open;
 mod page;
+mod presets;
+mod probe;
 mod quality;
+mod save;
 mod server;
 mod watch;
 

@@ -1,6 +1,7 @@
 //! The server: connections, each with a thread of its own, and their end.
 
 use super::api::Api;
+use super::command::Start;
 use super::document::{Opened, file_name};
 use super::frames::Frames;
 use super::guard::Guard;
@@ -31,6 +32,7 @@ pub struct Builder {
     port: u16,
     ancestors: Vec<String>,
     title: Option<String>,
+    start: Option<Start>,
 }
 
 impl Builder {
@@ -62,13 +64,25 @@ impl Builder {
         self
     }
 
+    /// The server whose page can tell a command line for its picture: `arguments` of `slicestack render` that make the scene that it begins with, and
+    /// what reads such arguments.
+    #[must_use]
+    pub fn command_line(
+        mut self,
+        arguments: Vec<String>,
+        read: impl Fn(&[String]) -> Result<SceneFile> + Send + Sync + 'static,
+    ) -> Self {
+        self.start = Some(Start { arguments, read: Box::new(read) });
+        self
+    }
+
     /// Starts the server.
     ///
     /// # Errors
     /// [`Error::Invalid`] where the port is taken, and for an origin that is none; as [`SceneFile::resolve`] and [`Renderer::render`]: a scene that
     /// cannot be rendered is found here.
     pub fn start(self) -> Result<Server> {
-        let Self { scene: file, volume, settings, port, ancestors, title } = self;
+        let Self { scene: file, volume, settings, port, ancestors, title, start } = self;
         // What ends a header, or one of its parts, would be more than an origin.
         if let Some(origin) = ancestors.iter().find(|o| o.is_empty() || !o.bytes().all(|b| b.is_ascii_graphic() && !matches!(b, b';' | b','))) {
             return Err(Error::invalid(format!("view: frame ancestor {origin:?}: is no origin")));
@@ -81,7 +95,7 @@ impl Builder {
         let title = title.unwrap_or_else(|| source.path().map_or_else(|| "slicestack".to_owned(), file_name));
         let opened = Opened::new(volume, source, scene, file.annotations())?;
         let frames = Arc::new(Frames::new(Renderer::new(opened.volume.clone(), settings), &opened)?);
-        let api = Api { opened, frames, watch: Watch::default(), title, notes, warnings };
+        let api = Api { opened, frames, watch: Watch::default(), title, start, notes, warnings };
         let common = vec![
             ("Cache-Control", "no-store".to_owned()),
             ("Content-Security-Policy", page::policy(&ancestors)),
@@ -113,7 +127,7 @@ pub struct Server {
 impl Server {
     /// A server that shows `scene` of its `volume`, still to be started.
     pub fn builder(scene: SceneFile, volume: Volume) -> Builder {
-        Builder { scene, volume, settings: Settings::new(), port: 0, ancestors: Vec::new(), title: None }
+        Builder { scene, volume, settings: Settings::new(), port: 0, ancestors: Vec::new(), title: None, start: None }
     }
 
     /// The address to open in a browser, with the token that lets its page ask.
