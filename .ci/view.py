@@ -2,23 +2,25 @@
 """Drives the page of `slicestack view` in a headless Chromium, as a hand at the mouse and the keyboard would, and checks what comes of it.
 One line for each failure, exit status 1 when there is one.
 
-usage: view.py [--command SLICESTACK] [--address URL] [--measure] [--screens DIR]
+usage: view.py [--command SLICESTACK] [--address URL] [--measure] [--soak FRAMES] [--screens DIR]
 
   --command   the command (default: target/release/slicestack beside this folder)
   --address   a view that runs already, in the place of one that is started here; the scene that it saves is then rendered by --command
   --measure   count frames a second, the time from input to picture, and the time to the still picture; print them as a table
+  --soak      turn the volume for so many frames, and hold the memory of server and page after them against that before
   --screens   write screenshots of the page into DIR: 400 and 1280 pixels wide, light and dark
 """
 import argparse
 import os
 import pathlib
-import statistics
 import subprocess
 import sys
 import tempfile
 import time
 
+sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
+from viewmeasure import measure, screens, soak
 from viewpage import ROOT, Page, check, failures, scene_in, serve
 from webdriver import Browser
 
@@ -232,76 +234,12 @@ def two_pages(page, address):
     check(page.bytes() == before, "the first page keeps its own")
 
 
-def measure(page):
-    """Turns the head with the mouse for five seconds, with and without light."""
-    b = page.browser
-    page.choose("#size", "512")
-    rows = []
-
-    def turn(name):
-        b.run("const c = window.slicestack.counts; c.frames = 0; c.latencies.length = 0; c.stillAfter.length = 0")
-        x, y = b.center("#frame")
-        b.mouse("mousePressed", x, y)
-        start, n = time.monotonic(), 0
-        while (now := time.monotonic() - start) < 5:
-            n += 1
-            swing = 100 * (1 - abs((now / 2.5) % 2 - 1))
-            b.mouse("mouseMoved", x + swing, y + 0.2 * swing)
-            time.sleep(max(0, n / 60 - (time.monotonic() - start)))
-        wall = time.monotonic() - start
-        frames, latencies = b.run("const c = window.slicestack.counts; return [c.frames, c.latencies]")
-        b.mouse("mouseReleased", x, y)
-        page.rest()
-        after = b.run("return window.slicestack.counts.stillAfter.at(-1)")
-        rank = sorted(latencies)
-        rows.append((name, frames / wall, statistics.median(rank), rank[int(0.95 * (len(rank) - 1))], after))
-
-    lit = "return (window.slicestack.document().light?.model ?? 'none') !== 'none'"
-    turn("lit" if b.run(lit) else "unlit")
-    if b.run(lit):
-        b.run("const d = window.slicestack.document(); window.slicestack.show({ ...d, light: { model: 'none' }, lights: undefined })")
-        page.rest()
-        turn("unlit")
-    print(f"{'512 x 512':10} {'frames/s':>9} {'median ms':>10} {'95 % ms':>9} {'still ms':>9}")
-    for name, rate, median, late, after in rows:
-        print(f"{name:10} {rate:9.1f} {median:10.1f} {late:9.1f} {after:9.1f}")
-
-
-def screens(page, folder):
-    b = page.browser
-    folder.mkdir(parents=True, exist_ok=True)
-    for width, height in ((1280, 800), (400, 800)):
-        for dark in (False, True):
-            b.size(width, height, dark)
-            time.sleep(0.5)
-            page.rest()
-            name = f"{width}-{'dark' if dark else 'light'}"
-            b.run("document.querySelectorAll('#sections details').forEach((d, n) => (d.open = n < 2)); document.getElementById('panel').scrollTop = 0")
-            b.screenshot(folder / f"{name}.png")
-            page.unfold()
-            time.sleep(3)
-            page.rest()
-            b.run("document.getElementById('show-handles').checked || document.getElementById('show-handles').click(); document.getElementById('frame').focus()")
-            b.press("p")
-            page.rest()
-            tall = b.run("return document.getElementById('panel').scrollHeight")
-            step = b.run("return document.getElementById('panel').clientHeight") - 40
-            for part, top in enumerate(range(0, tall, step)):
-                b.run("document.getElementById('panel').scrollTop = arguments[0]", top)
-                b.screenshot(folder / f"{name}-panel-{part}.png")
-            b.press("Escape", "?")
-            b.screenshot(folder / f"{name}-help.png")
-            b.press("Escape")
-            b.run("document.getElementById('show-handles').click()")
-            wide = b.run("return [document.documentElement.scrollWidth, document.getElementById('panel').scrollWidth - document.getElementById('panel').clientWidth]")
-            check(wide[0] <= width and wide[1] <= 0, f"{name}: nothing is cut off at the side: {wide}")
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--command", default=os.fspath(ROOT / "target/release/slicestack"))
     parser.add_argument("--address")
     parser.add_argument("--measure", action="store_true")
+    parser.add_argument("--soak", type=int)
     parser.add_argument("--screens", type=pathlib.Path)
     args = parser.parse_args()
     with tempfile.TemporaryDirectory() as temporary:
@@ -323,6 +261,8 @@ def main():
                     page.rest()
                 if args.measure:
                     measure(page)
+                if args.soak:
+                    soak(page, args.soak, process)
                 log = b.log()
                 check(not log, f"nothing is wrong on the console: {log[:3]}")
                 export(b, args.command, own)
