@@ -8,6 +8,7 @@ use clap::Parser;
 use slicestack::scene::SceneFile;
 use slicestack::view::Server;
 use slicestack::{Error, Settings};
+use std::path::Path;
 use std::process::{Command, Stdio};
 
 /// What `view` takes.
@@ -41,7 +42,11 @@ pub(super) fn run(args: &ViewArgs) -> Result<()> {
     let scene = text.open(&overrides)?;
     let settings = Settings::new().threads(args.threads.map(|n| n as usize)).limits(args.scene.limits());
     let volume = load(scene.volume(), &settings.limits)?;
-    let server = Server::builder(scene, volume).port(args.port).settings(settings).command_line(scene_arguments(), read_again).start()?;
+    let mut view = Server::builder(scene, volume).port(args.port).settings(settings).command_line(scene_arguments(), read_again);
+    if let Some(name) = args.scene.input.as_deref().and_then(Path::file_name) {
+        view = view.title(name.to_string_lossy());
+    }
+    let server = view.start()?;
     server.notes().iter().for_each(|note| complain("note", note));
     server.warnings().iter().for_each(|warning| complain("warning", warning));
     let (url, port) = (server.url(), server.port());
