@@ -78,26 +78,32 @@ impl Subject {
     /// # Errors
     /// Where the camera does not resolve.
     pub(super) fn of(scene: &Scene, volume: &Volume) -> Result<Self> {
-        let (width, height) = scene.size();
         let slices = match scene.slicing() {
             Slicing::Count(count) => count,
-            Slicing::Spacing(spacing) => steps(scene, volume, spacing)?,
-            Slicing::Tolerance(_) => steps(scene, volume, 0.5 * volume.grid().smallest_spacing())?,
+            // In steps of 32: a turn changes the depth all the time.
+            _ => slices(scene, volume)?.div_ceil(32).clamp(1, 64) * 32,
         };
         let sliced = matches!(scene.algorithm(), Algorithm::Slices | Algorithm::Shells) && scene.opengl().is_none();
         // A projection of fewer values is another projection.
-        Ok(Self { size: (width, height), slices, fewer: sliced && !scene.blend().projects_values() })
+        Ok(Self { size: scene.size(), slices, fewer: sliced && !scene.blend().projects_values() })
     }
 }
 
-/// Slices `spacing` apart through the box.
-fn steps(scene: &Scene, volume: &Volume, spacing: f64) -> Result<u64> {
+/// Slices of a frame of `scene` in full; with a tolerance those that are half a voxel apart.
+///
+/// # Errors
+/// Where the camera does not resolve.
+pub(super) fn slices(scene: &Scene, volume: &Volume) -> Result<u64> {
+    let spacing = match scene.slicing() {
+        Slicing::Count(count) => return Ok(count),
+        Slicing::Spacing(spacing) => spacing,
+        Slicing::Tolerance(_) => 0.5 * volume.grid().smallest_spacing(),
+    };
     let (width, height) = scene.size();
     let view = scene.camera().resolve(volume.grid(), width, height)?;
     let depths = volume.grid().corners().map(|corner| view.depth(corner));
     let (near, far) = depths.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &d| (low.min(d), high.max(d)));
-    // In steps of 32: a turn changes the depth all the time.
-    Ok((((far - near.max(0.0)) / spacing / 32.0).ceil().clamp(1.0, 64.0) * 32.0) as u64)
+    Ok(((far - near.max(0.0)) / spacing).ceil().max(1.0) as u64)
 }
 
 impl Level {

@@ -65,13 +65,13 @@ fn the_command_line_that_is_told_makes_the_picture() {
         let mut colored = document.clone();
         colored["transfer"] = json!({ "color": [[0, 1, 0, 0], [1, 0, 0, 1]], "opacity": [[0, 0], [1, 0.5]] });
         colored["annotate"] = json!({ "axes": true, "title": "It's a head" });
-        for (document, size) in [(&document, size), (&turned, size), (&cut, [64, 50]), (&colored, size)] {
+        for (seq, document, size) in [(1, &document, size), (2, &turned, size), (3, &cut, [64, 50]), (4, &colored, size)] {
             let told = view.client.ask("command", &json!({ "document": document, "width": size[0], "height": size[1] }));
             assert_eq!((told["complete"].as_bool(), &told["note"]), (Some(true), &Value::Null), "{told}");
             let line = told["command"].as_str().unwrap().replacen("slicestack", PROGRAM, 1) + " --no-metadata -o out.png";
             let out = Command::new("sh").args(["-c", &line]).current_dir(dir.path()).output().unwrap();
             assert!(out.status.success(), "{line}: {}", String::from_utf8_lossy(&out.stderr));
-            let frame = view.client.frame("a", size[0], document, size, false);
+            let frame = view.client.frame("a", seq, document, size, false);
             assert!(std::fs::read(dir.path().join("out.png")).unwrap() == frame.body, "{line}");
         }
     }

@@ -13,7 +13,7 @@ fn a_later_request_stops_the_frame_in_the_making() {
     std::thread::scope(|scope| {
         let endless = endless(&document);
         let client = &client;
-        let first = scope.spawn(move || (client.frame("a", 5, &endless, [512, 512], false), Instant::now()));
+        let first = scope.spawn(move || (client.frame("a", 5, &endless, [1024, 1024], false), Instant::now()));
         std::thread::sleep(Duration::from_millis(400));
         assert!(!first.is_finished());
         let start = Instant::now();
@@ -24,7 +24,7 @@ fn a_later_request_stops_the_frame_in_the_making() {
     });
     // One that comes too late is not begun.
     let start = Instant::now();
-    assert_eq!(client.frame("a", 3, &endless(&document), [512, 512], false).status, 409);
+    assert_eq!(client.frame("a", 3, &endless(&document), [1024, 1024], false).status, 409);
     assert!(start.elapsed() < Duration::from_millis(200));
     // The stop was for that frame alone.
     assert_eq!(client.frame("a", 7, &document, size, false).status, 200);
@@ -40,7 +40,7 @@ fn of_many_waiting_requests_only_the_latest_is_made() {
         let mut all: Vec<_> = (1..9)
             .map(|seq| {
                 let endless = endless.clone();
-                let asking = scope.spawn(move || client.frame("a", seq, &endless, [512, 512], false).status);
+                let asking = scope.spawn(move || client.frame("a", seq, &endless, [1024, 1024], false).status);
                 std::thread::sleep(Duration::from_millis(60));
                 asking
             })
@@ -106,8 +106,8 @@ fn a_still_frame_is_the_picture_of_the_saved_scene() {
     for text in scenes {
         let (server, client) = serve(&format!("{head}{text}"));
         let (document, _) = client.open();
-        for size in [[90, 70], [33, 64]] {
-            let frame = client.frame("a", size[0], &document, size, false);
+        for (seq, size) in [(1, [90, 70]), (2, [33, 64])] {
+            let frame = client.frame("a", seq, &document, size, false);
             assert_eq!((frame.status, frame.header("Content-Type")), (200, Some("image/png")), "{text}: {}", frame.text());
             let told = frame.told();
             assert_eq!((told["width"].as_u64(), told["height"].as_u64(), told["final"].as_bool()), (Some(size[0]), Some(size[1]), Some(true)));

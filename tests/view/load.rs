@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 /// A scene whose picture takes very long.
 pub(crate) fn endless(document: &Value) -> Value {
     let mut document = document.clone();
-    document["slices"] = json!({ "count": 1 << 24, "terminate": 0.0 });
+    document["slices"] = json!({ "count": 1 << 16, "terminate": 0.0 });
     document["transfer"] = json!({ "color": [[0, 1, 1, 1]], "opacity": [[-1, 1e-9], [2, 1e-9]] });
     document
 }
@@ -71,7 +71,7 @@ fn whoever_vanishes_is_worked_for_no_longer() {
     // Pixels are probed one after the other: the second waits for as long as the first takes.
     let mut slow = endless(&document);
     slow["render"] = json!({ "algorithm": "rays" });
-    let ask = |document: &Value| client.request("probe", &json!({ "document": document, "width": 512, "height": 512, "x": 9, "y": 9 }));
+    let ask = |document: &Value| client.request("probe", &json!({ "document": document, "width": 1024, "height": 1024, "x": 500, "y": 500 }));
     let mut gone = client.connect();
     gone.write_all(&ask(&slow)).unwrap();
     std::thread::sleep(Duration::from_millis(300));
@@ -86,7 +86,7 @@ fn whoever_vanishes_is_worked_for_no_longer() {
     assert!(start.elapsed() < Duration::from_secs(1), "{:?}", start.elapsed());
     // A frame that nobody waits for any more leaves the renderer to the next.
     let frame = |seq: u64, document: &Value| {
-        client.request("frame", &json!({ "client": "a", "seq": seq, "document": document, "width": 512, "height": 512 }))
+        client.request("frame", &json!({ "client": "a", "seq": seq, "document": document, "width": 1024, "height": 1024 }))
     };
     let mut gone = client.connect();
     gone.write_all(&frame(7, &endless(&document))).unwrap();
@@ -102,7 +102,7 @@ fn the_server_ends_at_once_whatever_it_does() {
     let (server, client) = serve(SCENE);
     let (document, _) = client.open();
     let mut busy = client.connect();
-    let wanted = json!({ "client": "a", "seq": 1, "document": endless(&document), "width": 512, "height": 512 });
+    let wanted = json!({ "client": "a", "seq": 1, "document": endless(&document), "width": 1024, "height": 1024 });
     busy.write_all(&client.request("frame", &wanted)).unwrap();
     let idle = client.connect();
     std::thread::sleep(Duration::from_millis(300));

@@ -96,6 +96,8 @@ fn each_wrong_request_has_its_status_and_the_server_lives_on() {
         ("no pixels", 400, frame(json!({ "width": 0 }))),
         ("a wide picture", 400, frame(json!({ "width": 8193 }))),
         ("a large picture", 400, frame(json!({ "width": 8192, "height": 8192 }))),
+        ("too many slices", 400, frame(json!({ "document": { "slices": { "count": 65537 } } }))),
+        ("slices too close", 400, frame(json!({ "document": { "slices": { "spacing": 1e-9 } } }))),
         ("an unknown encoding", 400, frame(json!({ "encoding": "gif" }))),
         ("an unknown section", 400, frame(json!({ "document": { "nothing": {} } }))),
         ("an unknown format", 400, api("save", &json!({ "document": {}, "width": 8, "height": 8, "format": "gif" }).to_string())),
