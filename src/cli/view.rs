@@ -10,7 +10,7 @@ use slicestack::scene::SceneFile;
 use slicestack::view::Server;
 use slicestack::view::export::Views;
 use slicestack::{Error, Settings};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 /// What `view` takes.
@@ -55,7 +55,11 @@ pub(super) fn run(args: &ViewArgs) -> Result<()> {
     let (text, overrides) = args.scene.read()?;
     let scene = text.open(&overrides)?;
     let volume = load(scene.volume(), &settings.limits)?;
-    let server = Server::builder(scene, volume).port(args.port).settings(settings).command_line(scene_arguments(), read_again).start()?;
+    let mut view = Server::builder(scene, volume).port(args.port).settings(settings).command_line(scene_arguments(), read_again);
+    if let Some(name) = args.scene.input.as_deref().and_then(Path::file_name) {
+        view = view.title(name.to_string_lossy());
+    }
+    let server = view.start()?;
     server.notes().iter().for_each(|note| complain("note", note));
     server.warnings().iter().for_each(|warning| complain("warning", warning));
     let (url, port) = (server.url(), server.port());

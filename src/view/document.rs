@@ -5,6 +5,7 @@
 //!  Scene --write_scene--> document --without volume and label map--> page
 //! ```
 
+use super::quality::slices;
 use crate::scene::{Annotations, ResolvedScene, SceneFile, SceneFormat, keys, write_scene};
 use crate::volume::VolumeSource;
 use crate::{Error, Result, Scene, Volume};
@@ -22,6 +23,8 @@ const MAP: [&str; 6] = ["path", "series", "array", "level", "frame", "channel"];
 const SIDE: u32 = 8192;
 /// Most pixels of a picture.
 const PIXELS: u64 = 1 << 24;
+/// Most slices of one: a frame is stopped between blocks of pixels, which must not take long.
+const SLICES: u64 = 1 << 16;
 /// What stands for the name of a file that is not told.
 const STAND_IN: &str = "volume";
 
@@ -85,8 +88,7 @@ impl Opened {
         }
         let file = SceneFile::parse(&Value::Object(document).to_string(), "", &crate::scene::Overrides::default())?;
         let ResolvedScene { scene, warnings, notes } = file.resolve(&self.volume)?;
-        let (width, height) = scene.size();
-        check_size(width, height)?;
+        check(&scene, &self.volume)?;
         let annotations = file.annotations();
         crate::annotate::check(&annotations, &scene)?;
         Ok(Asked { scene, annotations, warnings, notes })
@@ -150,6 +152,20 @@ fn check_names(path: &str, value: &Value) -> Result<()> {
         Value::Array(items) => items.iter().try_for_each(|item| check_names(path, item)),
         _ => Ok(()),
     }
+}
+
+/// Refuses pictures that take more than a view may.
+///
+/// # Errors
+/// [`Error::Invalid`] for those, and where the camera does not resolve.
+pub(super) fn check(scene: &Scene, volume: &Volume) -> Result<()> {
+    let (width, height) = scene.size();
+    check_size(width, height)?;
+    let slices = slices(scene, volume)?;
+    if slices > SLICES {
+        return Err(Error::invalid(format!("slices: {slices} of them; a view has at most {SLICES}")));
+    }
+    Ok(())
 }
 
 fn check_size(width: u32, height: u32) -> Result<()> {

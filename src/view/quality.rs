@@ -17,11 +17,11 @@ const MEMORY: u32 = 150;
 /// Fewest slices, unless the scene has fewer.
 const FEWEST: u64 = 64;
 /// Divisors of the picture's sides.
-const DIVISORS: [f64; 10] = [1.25, 1.5, 1.75, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0];
+const DIVISORS: [f64; 12] = [1.125, 1.25, 1.4, 1.6, 1.8, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0];
 /// Seconds that a slice of a pixel is taken for before anything is measured.
 const GUESS: f64 = 5e-10;
-/// Share of a frame's time that fewer slices or pixels do not shorten.
-const FIXED: f64 = 0.1;
+/// Share of a frame's time that fewer slices do not shorten, and fewer pixels do not: empty space is passed over, and pixels end early.
+const FIXED: [f64; 2] = [0.4, 0.1];
 
 /// What a scene's moving frames have in common.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -78,26 +78,32 @@ impl Subject {
     /// # Errors
     /// Where the camera does not resolve.
     pub(super) fn of(scene: &Scene, volume: &Volume) -> Result<Self> {
-        let (width, height) = scene.size();
         let slices = match scene.slicing() {
             Slicing::Count(count) => count,
-            Slicing::Spacing(spacing) => steps(scene, volume, spacing)?,
-            Slicing::Tolerance(_) => steps(scene, volume, 0.5 * volume.grid().smallest_spacing())?,
+            // In steps of 32: a turn changes the depth all the time.
+            _ => slices(scene, volume)?.div_ceil(32).clamp(1, 64) * 32,
         };
         let sliced = matches!(scene.algorithm(), Algorithm::Slices | Algorithm::Shells) && scene.opengl().is_none();
         // A projection of fewer values is another projection.
-        Ok(Self { size: (width, height), slices, fewer: sliced && !scene.blend().projects_values() })
+        Ok(Self { size: scene.size(), slices, fewer: sliced && !scene.blend().projects_values() })
     }
 }
 
-/// Slices `spacing` apart through the box.
-fn steps(scene: &Scene, volume: &Volume, spacing: f64) -> Result<u64> {
+/// Slices of a frame of `scene` in full; with a tolerance those that are half a voxel apart.
+///
+/// # Errors
+/// Where the camera does not resolve.
+pub(super) fn slices(scene: &Scene, volume: &Volume) -> Result<u64> {
+    let spacing = match scene.slicing() {
+        Slicing::Count(count) => return Ok(count),
+        Slicing::Spacing(spacing) => spacing,
+        Slicing::Tolerance(_) => 0.5 * volume.grid().smallest_spacing(),
+    };
     let (width, height) = scene.size();
     let view = scene.camera().resolve(volume.grid(), width, height)?;
     let depths = volume.grid().corners().map(|corner| view.depth(corner));
     let (near, far) = depths.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &d| (low.min(d), high.max(d)));
-    // In steps of 32: a turn changes the depth all the time.
-    Ok((((far - near.max(0.0)) / spacing / 32.0).ceil().clamp(1.0, 64.0) * 32.0) as u64)
+    Ok(((far - near.max(0.0)) / spacing).ceil().max(1.0) as u64)
 }
 
 impl Level {
@@ -167,8 +173,10 @@ impl Quality {
 
     /// Seconds that level `k` is expected to take where the present one takes `seconds`.
     fn expected(&self, k: usize, seconds: f64) -> f64 {
-        let share = self.levels[k].work(self.subject.size) / self.levels[self.now].work(self.subject.size);
-        let by_work = seconds * (FIXED + (1.0 - FIXED) * share);
+        let (from, to) = (self.levels[self.now], self.levels[k]);
+        let slices = FIXED[0] + (1.0 - FIXED[0]) * to.slices as f64 / from.slices as f64;
+        let pixels = FIXED[1] + (1.0 - FIXED[1]) * (from.divisor / to.divisor) * (from.divisor / to.divisor);
+        let by_work = seconds * slices * pixels;
         let known = &self.known[k];
         let fresh = self.frames.saturating_sub(known.at) <= MEMORY;
         known.median().filter(|_| fresh).map_or(by_work, |median| if k < self.now { median.max(by_work) } else { median })

@@ -2,7 +2,7 @@
 
 use super::api::Api;
 use super::command::Start;
-use super::document::{Opened, file_name};
+use super::document::{self, Opened, file_name};
 use super::frames::Frames;
 use super::guard::Guard;
 use super::http::{Connection, Fault, Request, Response};
@@ -91,6 +91,7 @@ impl Builder {
         let address = listener.local_addr().map_err(|e| Error::invalid(format!("view: port {port}: {e}")))?;
         let guard = Guard::new(address.port())?;
         let ResolvedScene { scene, warnings, notes } = file.resolve(&volume)?;
+        document::check(&scene, &volume)?;
         let source = file.volume().clone();
         let title = title.unwrap_or_else(|| source.path().map_or_else(|| "slicestack".to_owned(), file_name));
         let opened = Opened::new(volume, source, scene, file.annotations())?;
