@@ -58,6 +58,7 @@
 //! | write a picture | [`Picture::save`](picture::Picture::save), [`picture::Format`] |
 //! | cut pictures out of a volume | [`cut`] |
 //! | draw a colour bar, a scale bar, letters on a picture | [`annotate`](mod@annotate), [`scene::Annotations`] |
+//! | show a volume in a browser, to be turned | [`view`](mod@view) |
 //! | read a picture | [`Picture::open`](picture::Picture::open) |
 //! | hold pictures against each other, or against pictures on record | [`compare`], [`assert_golden`] |
 //! | let a picture say how it was made, and render it again | [`proof`] |
@@ -84,6 +85,7 @@
 //! | `annotate` | colour bar, scale bar, orientation letters, title, box on a finished picture |
 //! | `explain` | teaching pages; takes `encoders` with it |
 //! | `study` | error against run time, and proof of stability; takes `encoders` with it |
+//! | `view` | the live view in a browser; takes `scene-file`, `encoders`, `annotate` and `explain` with it |
 //! | `cli` | the command `slicestack`, with all of the above |
 //! | `conformance` | nothing in the library: a test and a bench against a real OpenGL |
 //!
@@ -121,6 +123,8 @@ pub mod study;
 mod tally;
 #[cfg(feature = "scene-file")]
 pub mod transfer_io;
+#[cfg(feature = "view")]
+pub mod view;
 pub mod volume;
 
 pub use error::{Error, Result};

@@ -9,6 +9,7 @@ mod compare;
 mod completions;
 mod convert;
 mod explain;
+mod export;
 mod flags;
 mod golden;
 mod info;
@@ -28,6 +29,7 @@ mod stats;
 mod tf;
 mod turntable;
 mod verify;
+mod view;
 
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
@@ -49,6 +51,7 @@ Examples:
   slicestack render head.nrrd -o head.png             a picture with the preset that fits best
   slicestack render head.nrrd --preset mr-brain --azimuth 60 --size 800x600
   slicestack render scene.toml --slices.count 512     a scene file, one of its keys overridden
+  slicestack view head.nrrd                           turn it, cut it and colour it in a browser
   slicestack slices head.nrrd --montage 4x5           cut pictures through it
   slicestack convert head.nii.gz head.nrrd            the volume in another format
   slicestack explain scene.toml -o page               a page that shows how the picture comes about
@@ -62,6 +65,8 @@ enum Verb {
     Render(Box<render::RenderArgs>),
     /// Make cut pictures through a volume: axial, coronal, sagittal or oblique, one or many.
     Slices(Box<slices::SlicesArgs>),
+    /// Show a scene or a volume in a browser, to be turned, cut and coloured; on this machine alone.
+    View(Box<view::ViewArgs>),
     /// Write a page that leads through a scene step by step.
     Explain(Box<explain::ExplainArgs>),
     /// Run one of six short lessons: what each step of the pipeline does, with a picture. Without a number, list them.
@@ -128,6 +133,7 @@ pub(crate) fn run() -> ExitCode {
     let done = match cli.verb {
         Verb::Render(args) => render::run(&args),
         Verb::Slices(args) => slices::run(&args),
+        Verb::View(args) => view::run(&args),
         Verb::Explain(args) => explain::run(&args),
         Verb::Lesson(args) => lesson::run(&args),
         Verb::Report(args) => report::run(&args),

@@ -24,6 +24,7 @@ mod choose;
 mod frames;
 mod geometry;
 mod gradient;
+mod journey;
 mod labels;
 mod light;
 mod others;
@@ -33,6 +34,7 @@ mod recorder;
 mod scenery;
 
 pub use frames::build_up;
+pub use journey::{PixelJourney, journey};
 
 use crate::picture::png;
 use crate::plan::start_values;
@@ -312,20 +314,7 @@ struct Steady {
 
 /// Renders `scene`; where its slices vary from block to block, again with those that the pixel's block takes.
 fn steady(renderer: &mut Renderer, scene: &Scene, pixel: Option<(u32, u32)>) -> Result<Steady> {
-    if scene.opengl().is_some() {
-        return Err(Error::invalid("the profile opengl draws without the stages that are explained here; choose accurate"));
-    }
-    if scene.method().filter.is_cubic() {
-        return Err(Error::invalid("render filter cubic: a page shows a cell of eight voxels, the spline mixes 64; choose linear"));
-    }
-    if scene.algorithm() != Algorithm::Slices || scene.jitter().is_some() {
-        let what =
-            if scene.jitter().is_some() { "slices jitter".to_owned() } else { format!("render algorithm {}", scene.algorithm().name()) };
-        return Err(Error::invalid(format!("{what}: a page shows flat slices, at one depth for all pixels; choose slices without jitter")));
-    }
-    if !scene.cuts().is_empty() {
-        return Err(Error::invalid("cut: a page follows rays through the whole box; leave the planes out"));
-    }
+    check_stages(scene)?;
     let mut notes = Vec::new();
     let mut scene = scene.blended();
     if scene.linear_light() {
@@ -357,6 +346,25 @@ fn steady(renderer: &mut Renderer, scene: &Scene, pixel: Option<(u32, u32)>) -> 
         (picture, stats, activity) = renderer.render_observed(&scene, Activity::new(scene.blend()))?;
     }
     Ok(Steady { scene, picture, stats, activity, pixel, notes })
+}
+
+/// Refuses scenes whose rays do not go through flat slices, stage by stage, or whose lookups are not those of a cell.
+fn check_stages(scene: &Scene) -> Result<()> {
+    if scene.opengl().is_some() {
+        return Err(Error::invalid("the profile opengl draws without the stages that are explained here; choose accurate"));
+    }
+    if scene.method().filter.is_cubic() {
+        return Err(Error::invalid("render filter cubic: a page shows a cell of eight voxels, the spline mixes 64; choose linear"));
+    }
+    if scene.algorithm() != Algorithm::Slices || scene.jitter().is_some() {
+        let what =
+            if scene.jitter().is_some() { "slices jitter".to_owned() } else { format!("render algorithm {}", scene.algorithm().name()) };
+        return Err(Error::invalid(format!("{what}: a page shows flat slices, at one depth for all pixels; choose slices without jitter")));
+    }
+    if !scene.cuts().is_empty() {
+        return Err(Error::invalid("cut: a page follows rays through the whole box; leave the planes out"));
+    }
+    Ok(())
 }
 
 /// Straight RGBA of a drawing.

@@ -69,6 +69,18 @@ pub(super) struct SurfaceEntry {
 }
 
 impl Cache {
+    /// One that begins with what this one holds of the volume.
+    pub(super) fn beside(&self) -> Self {
+        Self {
+            volume: self.volume.clone(),
+            from: self.from,
+            spline: self.spline.clone(),
+            filter: self.filter,
+            domain: self.domain.clone(),
+            ..Self::default()
+        }
+    }
+
     /// What depends on `volume` alone and on how lookups `filter` it, and on the whole where it is a part of one.
     ///
     /// # Errors

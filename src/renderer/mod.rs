@@ -11,6 +11,8 @@
 
 pub(crate) mod adaptive;
 mod aov;
+#[cfg(feature = "explain")]
+mod block;
 mod cache;
 mod casting;
 mod finish;
@@ -168,6 +170,20 @@ impl Renderer {
             stopper: Stopper::default(),
             pool: None,
             cache: Cache::default(),
+            scratch: Vec::new(),
+        }
+    }
+
+    /// Another renderer of the same volume and settings, to be used at the same time: it shares what depends on the volume alone, as far as that is
+    /// there already.
+    pub fn beside(&self) -> Self {
+        Self {
+            volume: Arc::clone(&self.volume),
+            settings: self.settings.clone(),
+            level: self.level,
+            stopper: Stopper::default(),
+            pool: None,
+            cache: self.cache.beside(),
             scratch: Vec::new(),
         }
     }

@@ -1,0 +1,98 @@
+// The scene in view, as the document that the server is sent, and the documents before it.
+//
+// A document is never changed: a change makes a new one. So undo is a list of documents.
+
+/// The value at `section.key`, or undefined.
+export function at(document, path) {
+  return path.split(".").reduce((value, key) => value?.[key], document);
+}
+
+/// A copy of `document` with `value` at `section.key`; undefined takes the key away, and its section with the last one.
+export function withKey(document, path, value) {
+  const [key, ...rest] = path.split(".");
+  const copy = { ...document };
+  const next = rest.length ? withKey(copy[key] ?? {}, rest.join("."), value) : value;
+  const empty = rest.length > 0 && Object.keys(next).length === 0;
+  if (next === undefined || empty) delete copy[key];
+  else copy[key] = next;
+  return copy;
+}
+
+/// `document` with several keys set: { "section.key": value }.
+export function withKeys(document, keys) {
+  return Object.entries(keys).reduce((d, [path, value]) => withKey(d, path, value), document);
+}
+
+/// Most steps that can be undone.
+const STEPS = 200;
+
+/// A store of `first`. `fit` makes a document fit the picture's present size.
+export function createStore(first, fit) {
+  // What is in view, what the server has last drawn, and what undo goes by: a drag is one step, however many documents it passes.
+  let document = first, accepted = first, committed = first;
+  let past = [], future = [];
+  const listeners = new Set();
+  const tell = () => listeners.forEach((listener) => listener(document));
+
+  const store = {
+    get document() {
+      return document;
+    },
+    get canUndo() {
+      return past.length > 0 || document !== committed;
+    },
+    get canRedo() {
+      return future.length > 0;
+    },
+    subscribe(listener) {
+      listeners.add(listener);
+    },
+    /// Shows `next`.
+    set(next) {
+      if (next === document) return;
+      document = next;
+      tell();
+    },
+    /// The changes since the last call are one step.
+    settle() {
+      if (document === committed) return;
+      past = [...past, committed].slice(-STEPS);
+      future = [];
+      committed = document;
+      tell();
+    },
+    undo() {
+      store.settle();
+      if (!past.length) return;
+      future.push(committed);
+      document = committed = fit(past.pop());
+      tell();
+    },
+    redo() {
+      if (document !== committed || !future.length) return;
+      past.push(committed);
+      document = committed = fit(future.pop());
+      tell();
+    },
+    /// The picture has another size: no step.
+    refit() {
+      const same = document === committed;
+      document = fit(document);
+      if (same) committed = document;
+      tell();
+    },
+    /// The server has drawn `drawn`.
+    accept(drawn) {
+      accepted = drawn;
+    },
+    /// The server refuses `refused`: what it has drawn last stays.
+    refuse(refused) {
+      if (document !== refused || accepted === refused) return;
+      if (committed === refused && past.length) committed = past.pop();
+      document = accepted;
+      if (committed !== accepted && document !== committed) committed = accepted;
+      tell();
+    },
+  };
+  return store;
+}
