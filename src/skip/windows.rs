@@ -38,7 +38,12 @@ impl Windows {
             let mut now = 1;
             while now < side {
                 let step = now.min(side - now);
-                widen(&mut classes, dims, axis, step, if flags { |a, b| a | b } else { u8::max });
+                // Each by a function of its own, which the compiler sees: one that it is handed would be called for every brick.
+                if flags {
+                    widen(&mut classes, dims, axis, step, |a, b| a | b);
+                } else {
+                    widen(&mut classes, dims, axis, step, |a, b| a.max(b));
+                }
                 now += step;
             }
         }

@@ -59,10 +59,11 @@ pub(super) fn answer(opened: &Opened, start: Option<&Start>, asked: &Asked) -> R
     let mut arguments: Vec<String> =
         groups(&start.arguments).into_iter().filter(|g| !g.section.as_deref().is_some_and(changed)).flat_map(|g| g.words).collect();
     arguments.extend(flags(&after, changed));
-    let complete = (start.read)(&arguments).and_then(|file| Ok((file.resolve(&opened.volume)?, file.annotations()))).is_ok_and(
-        |(ResolvedScene { scene, .. }, annotations)| scene == asked.scene && annotations == asked.annotations,
-    );
-    let words: Vec<String> = ["slicestack", "render"].into_iter().map(str::to_owned).chain(arguments.iter().map(|word| quoted(word))).collect();
+    let complete = (start.read)(&arguments)
+        .and_then(|file| Ok((file.resolve(&opened.volume)?, file.annotations())))
+        .is_ok_and(|(ResolvedScene { scene, .. }, annotations)| scene == asked.scene && annotations == asked.annotations);
+    let words: Vec<String> =
+        ["slicestack", "render"].into_iter().map(str::to_owned).chain(arguments.iter().map(|word| quoted(word))).collect();
     Ok(json!({ "command": words.join(" "), "complete": complete, "note": (!complete).then_some(SAVE) }))
 }
 
@@ -164,7 +165,18 @@ mod tests {
 
     #[test]
     fn arguments_are_taken_apart_as_the_command_reads_them() {
-        let words = ["--camera.azimuth", "-38", "head.nrrd", "--no-mmap", "--annotate.axes", "--size=8x8", "--clip", "1,0,0,-2", "--annotate.box", "true"];
+        let words = [
+            "--camera.azimuth",
+            "-38",
+            "head.nrrd",
+            "--no-mmap",
+            "--annotate.axes",
+            "--size=8x8",
+            "--clip",
+            "1,0,0,-2",
+            "--annotate.box",
+            "true",
+        ];
         let found = groups(&words.map(str::to_owned));
         let told: Vec<(Option<&str>, usize)> = found.iter().map(|g| (g.section.as_deref(), g.words.len())).collect();
         let camera = Some("camera");

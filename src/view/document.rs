@@ -58,7 +58,9 @@ impl Opened {
         let mut whole = document(&scene, Some(&nameless), &annotations)?;
         let data = whole.remove("volume").unwrap_or_default();
         let labels = match whole.remove("labels") {
-            Some(Value::Object(labels)) if source.labels.is_some() => labels.into_iter().filter(|(key, _)| MAP.contains(&key.as_str())).collect(),
+            Some(Value::Object(labels)) if source.labels.is_some() => {
+                labels.into_iter().filter(|(key, _)| MAP.contains(&key.as_str())).collect()
+            }
             _ => Document::new(),
         };
         Ok(Self { volume, source, scene, annotations, data, labels })
