@@ -1,8 +1,8 @@
 //! `slicestack view`.
 
+use super::complain;
 use super::output::print;
 use super::scene::{SceneArgs, load};
-use super::complain;
 use anyhow::{Context, Result};
 use clap::Parser;
 use slicestack::scene::SceneFile;

@@ -12,7 +12,13 @@ impl Renderer {
     ///
     /// # Errors
     /// As [`Renderer::render`]; [`Error::Invalid`] for a pixel outside the picture.
-    pub(crate) fn render_block<O: Observer>(&mut self, scene: &Scene, count: u64, (x, y): (u32, u32), observer: O) -> Result<([f32; 4], O)> {
+    pub(crate) fn render_block<O: Observer>(
+        &mut self,
+        scene: &Scene,
+        count: u64,
+        (x, y): (u32, u32),
+        observer: O,
+    ) -> Result<([f32; 4], O)> {
         let (width, height) = scene.size();
         if x >= width || y >= height {
             let (column, row) = (width - 1, height - 1);

@@ -117,17 +117,8 @@ struct CloseBody {
 }
 
 /// Everything that there is to ask for.
-const PATHS: [&str; 9] = [
-    "/api/open",
-    "/api/frame",
-    "/api/probe",
-    "/api/thumbnail",
-    "/api/preset",
-    "/api/document",
-    "/api/save",
-    "/api/command",
-    "/api/close",
-];
+const PATHS: [&str; 9] =
+    ["/api/open", "/api/frame", "/api/probe", "/api/thumbnail", "/api/preset", "/api/document", "/api/save", "/api/command", "/api/close"];
 
 impl Api {
     /// Whether there is something at `path`.

@@ -103,7 +103,11 @@ impl Frames {
         }
         let renderer = lock(&self.first).beside();
         let state = State { latest: 0, quality: Quality::default(), renderer: None };
-        let page = Arc::new(Page { stopper: renderer.stopper(), state: Mutex::new(State { renderer: Some(renderer), ..state }), free: Condvar::new() });
+        let page = Arc::new(Page {
+            stopper: renderer.stopper(),
+            state: Mutex::new(State { renderer: Some(renderer), ..state }),
+            free: Condvar::new(),
+        });
         pages.all.insert(client.to_owned(), (now, Arc::clone(&page)));
         page
     }

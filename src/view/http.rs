@@ -156,7 +156,10 @@ fn parse(head: &[u8]) -> Result<(Request, usize), Fault> {
     for line in lines {
         let (name, value) = line.split_once(':').ok_or(Fault::Refused(400, "a header without a colon"))?;
         // A name with a space in it could be read in two ways.
-        if name.is_empty() || name.contains(|c: char| c.is_whitespace() || c.is_control()) || value.contains(|c: char| c.is_control() && c != '\t') {
+        if name.is_empty()
+            || name.contains(|c: char| c.is_whitespace() || c.is_control())
+            || value.contains(|c: char| c.is_control() && c != '\t')
+        {
             return Err(Fault::Refused(400, "a header that is none"));
         }
         let name = name.to_ascii_lowercase();

@@ -42,10 +42,12 @@ pub(super) fn answer(opened: &Opened, title: &str, notes: &[String], warnings: &
 fn geometry(volume: &Volume) -> Value {
     let grid = volume.grid();
     let map = grid.index_to_world();
-    let rows: Vec<[f64; 4]> = (0..3).map(|row| {
-        let [x, y, z] = map.matrix3.row(row).to_array();
-        [x, y, z, map.translation[row]]
-    }).collect();
+    let rows: Vec<[f64; 4]> = (0..3)
+        .map(|row| {
+            let [x, y, z] = map.matrix3.row(row).to_array();
+            [x, y, z, map.translation[row]]
+        })
+        .collect();
     let (low, high) = grid.index_bounds();
     let kind = match volume.channels() {
         Channels::Scalar => "values",

@@ -67,11 +67,7 @@ impl Builder {
     /// The server whose page can tell a command line for its picture: `arguments` of `slicestack render` that make the scene that it begins with, and
     /// what reads such arguments.
     #[must_use]
-    pub fn command_line(
-        mut self,
-        arguments: Vec<String>,
-        read: impl Fn(&[String]) -> Result<SceneFile> + Send + Sync + 'static,
-    ) -> Self {
+    pub fn command_line(mut self, arguments: Vec<String>, read: impl Fn(&[String]) -> Result<SceneFile> + Send + Sync + 'static) -> Self {
         self.start = Some(Start { arguments, read: Box::new(read) });
         self
     }
@@ -84,7 +80,9 @@ impl Builder {
     pub fn start(self) -> Result<Server> {
         let Self { scene: file, volume, settings, port, ancestors, title, start } = self;
         // What ends a header, or one of its parts, would be more than an origin.
-        if let Some(origin) = ancestors.iter().find(|o| o.is_empty() || !o.bytes().all(|b| b.is_ascii_graphic() && !matches!(b, b';' | b','))) {
+        if let Some(origin) =
+            ancestors.iter().find(|o| o.is_empty() || !o.bytes().all(|b| b.is_ascii_graphic() && !matches!(b, b';' | b',')))
+        {
             return Err(Error::invalid(format!("view: frame ancestor {origin:?}: is no origin")));
         }
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port)).map_err(|e| Error::invalid(format!("view: port {port}: {e}")))?;
@@ -269,7 +267,11 @@ impl Shared {
             return refused;
         }
         if let Some(file) = page::file(&request.path) {
-            return if request.method == "GET" { file } else { Response::error(405, "files are asked for with GET", None).with("Allow", "GET") };
+            return if request.method == "GET" {
+                file
+            } else {
+                Response::error(405, "files are asked for with GET", None).with("Allow", "GET")
+            };
         }
         if !Api::knows(&request.path) {
             return Response::error(404, "there is nothing there", None);

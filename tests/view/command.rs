@@ -53,11 +53,14 @@ fn the_command_line_that_is_told_makes_the_picture() {
         "[volume]\nphantom = \"shepp-logan\"\nsize = 24\n[fog]\nmode = \"exp\"\ndensity = 0.4\n[slices]\ncount = 40\n",
     )
     .unwrap();
-    for arguments in [SMALL.to_vec(), [&SMALL[..], &["--azimuth", "-38", "--preset=hot-ramp"]].concat(), vec!["a scene.toml", "--threads", "2"]] {
+    for arguments in
+        [SMALL.to_vec(), [&SMALL[..], &["--azimuth", "-38", "--preset=hot-ramp"]].concat(), vec!["a scene.toml", "--threads", "2"]]
+    {
         let view = View::new(dir.path(), &arguments);
         let (document, size) = view.client.open();
         let mut turned = document.clone();
-        turned["camera"] = json!({ "eye": [3.0, -4.0, 1.5], "target": [0, 0, 0], "up": [0, 0, 1], "projection": "perspective", "fov_y": 30 });
+        turned["camera"] =
+            json!({ "eye": [3.0, -4.0, 1.5], "target": [0, 0, 0], "up": [0, 0, 1], "projection": "perspective", "fov_y": 30 });
         let mut cut = turned.clone();
         cut["clip"] = json!([{ "normal": [1, 0, 0], "offset": -0.1 }]);
         cut["image"]["background"] = json!([0, 0.5, 1, 1]);
@@ -100,7 +103,8 @@ fn a_saved_scene_rendered_by_the_command_is_the_still_frame() {
     let (document, size) = view.client.open();
     let ask = json!({ "document": document, "width": size[0], "height": size[1], "format": "toml" });
     std::fs::write(dir.path().join("saved.toml"), view.client.post("save", &ask).body).unwrap();
-    let out = Command::new(PROGRAM).args(["render", "saved.toml", "--no-metadata", "-o", "out.png"]).current_dir(dir.path()).output().unwrap();
+    let out =
+        Command::new(PROGRAM).args(["render", "saved.toml", "--no-metadata", "-o", "out.png"]).current_dir(dir.path()).output().unwrap();
     assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
     assert!(std::fs::read(dir.path().join("out.png")).unwrap() == view.client.frame("a", 1, &document, size, false).body);
 }

@@ -24,7 +24,8 @@ fn a_page_is_told_all_that_it_shows() {
     let (_, volume) = crate::client::scene(SCENE);
     let at = |p: [f64; 3]| {
         [0, 1, 2].map(|row: usize| {
-            let numbers: Vec<f64> = opened["volume"]["index_to_world"][row].as_array().unwrap().iter().map(|n| n.as_f64().unwrap()).collect();
+            let numbers: Vec<f64> =
+                opened["volume"]["index_to_world"][row].as_array().unwrap().iter().map(|n| n.as_f64().unwrap()).collect();
             numbers[0] * p[0] + numbers[1] * p[1] + numbers[2] * p[2] + numbers[3]
         })
     };

@@ -110,7 +110,10 @@ fn a_still_frame_is_the_picture_of_the_saved_scene() {
             let frame = client.frame("a", seq, &document, size, false);
             assert_eq!((frame.status, frame.header("Content-Type")), (200, Some("image/png")), "{text}: {}", frame.text());
             let told = frame.told();
-            assert_eq!((told["width"].as_u64(), told["height"].as_u64(), told["final"].as_bool()), (Some(size[0]), Some(size[1]), Some(true)));
+            assert_eq!(
+                (told["width"].as_u64(), told["height"].as_u64(), told["final"].as_bool()),
+                (Some(size[0]), Some(size[1]), Some(true))
+            );
             for format in ["toml", "json"] {
                 let wanted = json!({ "document": document, "width": size[0], "height": size[1], "format": format });
                 let saved = client.post("save", &wanted);

@@ -71,7 +71,8 @@ fn whoever_vanishes_is_worked_for_no_longer() {
     // Pixels are probed one after the other: the second waits for as long as the first takes.
     let mut slow = endless(&document);
     slow["render"] = json!({ "algorithm": "rays" });
-    let ask = |document: &Value| client.request("probe", &json!({ "document": document, "width": 1024, "height": 1024, "x": 500, "y": 500 }));
+    let ask =
+        |document: &Value| client.request("probe", &json!({ "document": document, "width": 1024, "height": 1024, "x": 500, "y": 500 }));
     let mut gone = client.connect();
     gone.write_all(&ask(&slow)).unwrap();
     std::thread::sleep(Duration::from_millis(300));

@@ -72,7 +72,10 @@ fn what_is_told_of_a_place_is_so() {
             let found = probe(&client, &document, pixel);
             assert_eq!(found["hit"], true, "{view}: {pixel:?}: {found}");
             let (origin, direction) = camera.ray(f64::from(pixel[0]) + 0.5, f64::from(pixel[1]) + 0.5);
-            assert!((point(&found["ray"]["origin"]) - origin).length() < 1e-9 && (point(&found["ray"]["direction"]) - direction).length() < 1e-9);
+            assert!(
+                (point(&found["ray"]["origin"]) - origin).length() < 1e-9
+                    && (point(&found["ray"]["direction"]) - direction).length() < 1e-9
+            );
             if found["world"].is_null() {
                 continue;
             }
@@ -92,7 +95,10 @@ fn what_is_told_of_a_place_is_so() {
 
 #[test]
 fn slabs_of_a_journey_add_up_to_the_pixel() {
-    for view in ["[slices]\ncount = 150\n", "[slices]\ncount = 90\n[light]\nambient = 0.5\n[fog]\nmode = \"exp\"\ndensity = 0.3\ncolor = [1, 1, 1]\n"] {
+    for view in [
+        "[slices]\ncount = 150\n",
+        "[slices]\ncount = 90\n[light]\nambient = 0.5\n[fog]\nmode = \"exp\"\ndensity = 0.3\ncolor = [1, 1, 1]\n",
+    ] {
         let text = format!("{HEAD}{view}");
         let (server, client) = serve(&text);
         let (document, _) = client.open();
