@@ -2,88 +2,31 @@
 """Drives the page of `slicestack view` in a headless Chromium, as a hand at the mouse and the keyboard would, and checks what comes of it.
 One line for each failure, exit status 1 when there is one.
 
-usage: view.py [--command SLICESTACK] [--address URL] [--measure] [--screens DIR]
+usage: view.py [--command SLICESTACK] [--address URL] [--measure] [--soak FRAMES] [--screens DIR]
 
   --command   the command (default: target/release/slicestack beside this folder)
   --address   a view that runs already, in the place of one that is started here; the scene that it saves is then rendered by --command
   --measure   count frames a second, the time from input to picture, and the time to the still picture; print them as a table
+  --soak      turn the volume for so many frames, and hold the memory of server and page after them against that before
   --screens   write screenshots of the page into DIR: 400 and 1280 pixels wide, light and dark
 """
 import argparse
-import base64
 import os
 import pathlib
-import re
-import statistics
 import subprocess
 import sys
 import tempfile
 import time
 
+sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
+from viewmeasure import measure, screens, soak
+from viewpage import ROOT, Page, check, failures, scene_in, serve
 from webdriver import Browser
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
-HEAD = ROOT.parent / "shared/data/cthead/CThead_256x256x113_int16be.raw.gz"
-SCENE = f'[volume]\npath = "{HEAD}"\ndimensions = [256, 256, 113]\ntype = "i16"\nendian = "big"\nspacing = [1.0, 1.0, 2.0]\n'
 # Degrees of a drag across the shorter side of the picture: TURN in pointer.js.
 TURN = 200
 INTERACTIVE = "a[href], button, input, select, textarea, summary, [tabindex='0']"
-
-failures = []
-
-
-def check(good, what):
-    print(f"{'ok  ' if good else 'FAIL'} {what}", file=sys.stderr)
-    if not good:
-        failures.append(what)
-
-
-class Page:
-    """The page in the browser's present window."""
-
-    def __init__(self, browser, address):
-        self.browser = browser
-        browser.open(address)
-        self.wait("return Boolean(window.slicestack)", "the page opens")
-        self.rest()
-
-    def wait(self, script, what, seconds=60):
-        end = time.monotonic() + seconds
-        while time.monotonic() < end:
-            if self.browser.run(script):
-                return
-            time.sleep(0.03)
-        raise SystemExit(f"view.py: waited {seconds} s in vain: {what}; the page says: {self.browser.run('return document.body.innerText')[:300]}")
-
-    def rest(self):
-        """Waits for the still frame."""
-        time.sleep(0.2)
-        self.wait("return window.slicestack.idle()", "a still frame")
-
-    def bytes(self):
-        """The still frame as the server sent it."""
-        text = self.browser.run_async(
-            "const bytes = new Uint8Array(await window.slicestack.still().blob.arrayBuffer());"
-            "let text = ''; for (let n = 0; n < bytes.length; n += 8192) text += String.fromCharCode(...bytes.subarray(n, n + 8192)); return btoa(text)"
-        )
-        return base64.b64decode(text)
-
-    def angle(self, label):
-        return float(self.browser.run("return [...document.querySelectorAll('label')].find((l) => l.innerText.trim() === arguments[0]).querySelector('input').value", label))
-
-    def opacity(self):
-        return self.browser.run("return window.slicestack.document().transfer.opacity")
-
-    def choose(self, css, value):
-        self.browser.run("const s = document.querySelector(arguments[0]); s.value = arguments[1]; s.dispatchEvent(new Event('change'))", css, value)
-        self.rest()
-
-    def unfold(self):
-        self.browser.run("document.querySelectorAll('#sections details').forEach((d) => (d.open = true))")
-
-    def message(self):
-        return self.browser.run("return document.getElementById('message').textContent")
 
 
 def turning(page):
@@ -237,6 +180,45 @@ def keyboard(page):
     page.rest()
 
 
+def refusals(page):
+    """What the server refuses is told, and the picture stays."""
+    b = page.browser
+    before, was = page.bytes(), b.run("return JSON.stringify(window.slicestack.document())")
+    b.run("const d = window.slicestack.document(); window.slicestack.show({ ...d, render: { ...d.render, filter: 'cubic', profile: 'opengl' } })")
+    page.wait("return document.getElementById('message').textContent.length > 0", "the page tells what is refused")
+    page.rest()
+    check(page.bytes() == before and b.run("return JSON.stringify(window.slicestack.document())") == was, f"a refused scene leaves the picture as it was: {page.message()}")
+    # The browser itself notes the refusal on its console.
+    refused = [line for line in b.log() if "400" not in line]
+    check(not refused, f"a refusal is all that the console tells: {refused[:3]}")
+
+
+def export(browser, command, own):
+    """A page of pictures made beforehand turns from a file, without a server."""
+    folder = own / "turns"
+    making = [command, "view", "--export", folder, "--views", "8x3", "--size", "96x96", *scene_in(own)]
+    done = subprocess.run(making, capture_output=True, text=True)
+    check(done.returncode == 0 and len(list(folder.iterdir())) == 25, f"an export writes 24 pictures and a page: {done.stderr.strip()}")
+    again = subprocess.run(making, capture_output=True, text=True)
+    check(again.returncode == 0, "an export replaces its own")
+    other = own / "other"
+    other.mkdir()
+    (other / "letter.txt").write_text("mine")
+    refused = subprocess.run([*making[:3], other, *making[4:]], capture_output=True, text=True)
+    check(refused.returncode == 2 and [p.name for p in other.iterdir()] == ["letter.txt"], f"an export spares a folder of others: {refused.stderr.strip()}")
+    browser.log()
+    browser.open((folder / "index.html").as_uri())
+    shown = "const i = document.getElementById('picture'); return i.complete && i.naturalWidth === 96 ? [i.src, i.alt] : null"
+    seen = [browser.run(shown)]
+    for act in (lambda: browser.press("Tab", "ArrowRight"), lambda: browser.press("ArrowUp"), lambda: browser.drag(browser.center("#view"), (120, 0)), lambda: browser.press("Home")):
+        act()
+        time.sleep(0.3)
+        seen.append(browser.run(shown))
+    check(all(seen) and len({tuple(s) for s in seen[:4]}) == 4 and seen[4] == seen[0], f"keys and a drag turn it, Home brings the first view back: {[s and s[1] for s in seen]}")
+    log = browser.log()
+    check(not log, f"nothing is wrong on its console: {log[:3]}")
+
+
 def two_pages(page, address):
     b = page.browser
     first, before = b.call("GET", "/window"), page.bytes()
@@ -252,92 +234,12 @@ def two_pages(page, address):
     check(page.bytes() == before, "the first page keeps its own")
 
 
-def measure(page):
-    """Turns the head with the mouse for five seconds, with and without light."""
-    b = page.browser
-    page.choose("#size", "512")
-    rows = []
-
-    def turn(name):
-        b.run("const c = window.slicestack.counts; c.frames = 0; c.latencies.length = 0; c.stillAfter.length = 0")
-        x, y = b.center("#frame")
-        b.mouse("mousePressed", x, y)
-        start, n = time.monotonic(), 0
-        while (now := time.monotonic() - start) < 5:
-            n += 1
-            swing = 100 * (1 - abs((now / 2.5) % 2 - 1))
-            b.mouse("mouseMoved", x + swing, y + 0.2 * swing)
-            time.sleep(max(0, n / 60 - (time.monotonic() - start)))
-        wall = time.monotonic() - start
-        frames, latencies = b.run("const c = window.slicestack.counts; return [c.frames, c.latencies]")
-        b.mouse("mouseReleased", x, y)
-        page.rest()
-        after = b.run("return window.slicestack.counts.stillAfter.at(-1)")
-        rank = sorted(latencies)
-        rows.append((name, frames / wall, statistics.median(rank), rank[int(0.95 * (len(rank) - 1))], after))
-
-    lit = "return (window.slicestack.document().light?.model ?? 'none') !== 'none'"
-    turn("lit" if b.run(lit) else "unlit")
-    if b.run(lit):
-        b.run("const d = window.slicestack.document(); window.slicestack.show({ ...d, light: { model: 'none' }, lights: undefined })")
-        page.rest()
-        turn("unlit")
-    print(f"{'512 x 512':10} {'frames/s':>9} {'median ms':>10} {'95 % ms':>9} {'still ms':>9}")
-    for name, rate, median, late, after in rows:
-        print(f"{name:10} {rate:9.1f} {median:10.1f} {late:9.1f} {after:9.1f}")
-
-
-def screens(page, folder):
-    b = page.browser
-    folder.mkdir(parents=True, exist_ok=True)
-    for width, height in ((1280, 800), (400, 800)):
-        for dark in (False, True):
-            b.size(width, height, dark)
-            time.sleep(0.5)
-            page.rest()
-            name = f"{width}-{'dark' if dark else 'light'}"
-            b.run("document.querySelectorAll('#sections details').forEach((d, n) => (d.open = n < 2)); document.getElementById('panel').scrollTop = 0")
-            b.screenshot(folder / f"{name}.png")
-            page.unfold()
-            time.sleep(3)
-            page.rest()
-            b.run("document.getElementById('show-handles').checked || document.getElementById('show-handles').click(); document.getElementById('frame').focus()")
-            b.press("p")
-            page.rest()
-            tall = b.run("return document.getElementById('panel').scrollHeight")
-            step = b.run("return document.getElementById('panel').clientHeight") - 40
-            for part, top in enumerate(range(0, tall, step)):
-                b.run("document.getElementById('panel').scrollTop = arguments[0]", top)
-                b.screenshot(folder / f"{name}-panel-{part}.png")
-            b.press("Escape", "?")
-            b.screenshot(folder / f"{name}-help.png")
-            b.press("Escape")
-            b.run("document.getElementById('show-handles').click()")
-            wide = b.run("return [document.documentElement.scrollWidth, document.getElementById('panel').scrollWidth - document.getElementById('panel').clientWidth]")
-            check(wide[0] <= width and wide[1] <= 0, f"{name}: nothing is cut off at the side: {wide}")
-
-
-def serve(command, folder):
-    """Starts the view, and returns its process and its address."""
-    if HEAD.is_file():
-        scene = folder / "head.toml"
-        scene.write_text(SCENE)
-        what = [scene]
-    else:
-        print(f"view.py: NO {HEAD.name} HERE: a built-in volume is shown, and its numbers are no others' to compare with", file=sys.stderr)
-        what = []
-    process = subprocess.Popen([command, "view", *what, "--no-browser", "--port", "0"], stdout=subprocess.PIPE, text=True)
-    for line in process.stdout:
-        if found := re.search(r"http://\S+#[0-9a-f]{32}", line):
-            return process, found.group()
-    raise SystemExit(f"view.py: {command} view ended with status {process.wait()} and told no address")
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--command", default=os.fspath(ROOT / "target/release/slicestack"))
     parser.add_argument("--address")
     parser.add_argument("--measure", action="store_true")
+    parser.add_argument("--soak", type=int)
     parser.add_argument("--screens", type=pathlib.Path)
     args = parser.parse_args()
     with tempfile.TemporaryDirectory() as temporary:
@@ -351,6 +253,7 @@ def main():
                 for part in (turning, transfer, crop_and_probe, keyboard):
                     part(page)
                 saving(page, args.command, downloads, own)
+                refusals(page)
                 two_pages(page, address)
                 if args.screens:
                     screens(page, args.screens)
@@ -358,8 +261,11 @@ def main():
                     page.rest()
                 if args.measure:
                     measure(page)
+                if args.soak:
+                    soak(page, args.soak, process)
                 log = b.log()
                 check(not log, f"nothing is wrong on the console: {log[:3]}")
+                export(b, args.command, own)
         finally:
             if process:
                 process.terminate()

@@ -42,7 +42,7 @@ class Browser:
                 time.sleep(0.1)
         session = self.call("POST", "/session", {"capabilities": {"alwaysMatch": wanted}})
         self.path = f"/session/{session['sessionId']}"
-        self.browser_version = session["capabilities"].get("browserVersion", "?")
+        self.call("POST", "/timeouts", {"script": 120_000})
 
     def __enter__(self):
         return self

@@ -9,6 +9,7 @@ mod compare;
 mod completions;
 mod convert;
 mod explain;
+mod export;
 mod flags;
 mod golden;
 mod info;

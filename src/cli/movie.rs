@@ -36,16 +36,34 @@ const OF: &str = "frames.txt";
 const STEPS: u64 = 1000;
 
 /// The bar over all frames.
-struct Frames {
+pub(super) struct Frames {
     bar: Bar,
+    /// What one of them is called.
+    what: &'static str,
     done: AtomicU64,
     total: AtomicU64,
+}
+
+impl Frames {
+    pub(super) fn new(what: &'static str, total: u64) -> Self {
+        Self { bar: Bar::new(), what, done: AtomicU64::new(0), total: AtomicU64::new(total) }
+    }
+
+    /// One more is done.
+    pub(super) fn next(&self) {
+        self.done.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// Takes the bar off the screen.
+    pub(super) fn clear(&self) {
+        self.bar.clear();
+    }
 }
 
 impl Progress for Frames {
     fn step(&self, _: &str, done: u64, total: u64) -> bool {
         let (before, all) = (self.done.load(Ordering::Relaxed), self.total.load(Ordering::Relaxed));
-        let text = format!("frame {} of {all}", (before + 1).min(all));
+        let text = format!("{} {} of {all}", self.what, (before + 1).min(all));
         self.bar.step(&text, before * STEPS + done * STEPS / total.max(1), all * STEPS)
     }
 
@@ -68,7 +86,7 @@ impl Movie {
     /// # Errors
     /// [`Usage`] for a name that is taken or of no format, and a level that this machine does not have.
     pub(super) fn new(args: &MovieArgs, limits: Limits, inputs: &[&Path]) -> Result<Self> {
-        let frames = Arc::new(Frames { bar: Bar::new(), done: AtomicU64::new(0), total: AtomicU64::new(1) });
+        let frames = Arc::new(Frames::new("frame", 1));
         let settings = Settings::new()
             .threads(args.threads.map(|n| n as usize))
             .level(level(&args.simd)?)
@@ -111,9 +129,9 @@ impl Movie {
                 let mut animated = Animated::new(*format, size, scenes.len() as u32, per_second)?;
                 for scene in scenes {
                     animated.frame(&renderer.render(scene)?.0)?;
-                    frames.done.fetch_add(1, Ordering::Relaxed);
+                    frames.next();
                 }
-                frames.bar.clear();
+                frames.clear();
                 rendered()?;
                 let bytes = animated.finish()?;
                 enter(Phase::Writing);
@@ -126,9 +144,9 @@ impl Movie {
                     if !is_whole(&path)? {
                         write_whole(&path, &renderer.render(scene)?.0.encode(Format::Png, Depth::Eight)?)?;
                     }
-                    frames.done.fetch_add(1, Ordering::Relaxed);
+                    frames.next();
                 }
-                frames.bar.clear();
+                frames.clear();
                 rendered()?;
             }
         }

@@ -1,14 +1,16 @@
 //! `slicestack view`.
 
-use super::complain;
 use super::output::print;
+use super::progress::catch_signals;
 use super::scene::{SceneArgs, load};
+use super::{complain, export};
 use anyhow::{Context, Result};
 use clap::Parser;
 use slicestack::scene::SceneFile;
 use slicestack::view::Server;
+use slicestack::view::export::Views;
 use slicestack::{Error, Settings};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 /// What `view` takes.
@@ -24,6 +26,12 @@ pub(super) struct ViewArgs {
     /// Worker threads; one per core unless given.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=4096))]
     threads: Option<u64>,
+    /// Write pictures from all around into this folder, and a page that turns them without a server; made if it is not there.
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["port", "no_browser"])]
+    export: Option<PathBuf>,
+    /// Pictures of an export: so many around, times so many upwards from -60 to 60 degrees.
+    #[arg(long, value_name = "AROUNDxUPWARDS", default_value = "36x5", requires = "export")]
+    views: Views,
     #[command(flatten)]
     scene: SceneArgs,
 }
@@ -34,13 +42,18 @@ Examples:
   slicestack view head.nrrd                           a browser opens; Ctrl-C ends the view
   slicestack view scene.toml --size 800x600
   slicestack view ct.nii.gz --no-browser --port 8123  on another machine: ssh -L 8123:127.0.0.1:8123 host
+  slicestack view head.nrrd --export head --views 24x3 --size 400x400     head/index.html, for papers and lectures
 
 The scene takes the same flags as in `slicestack render`.";
 
 pub(super) fn run(args: &ViewArgs) -> Result<()> {
+    let settings = Settings::new().threads(args.threads.map(|n| n as usize)).limits(args.scene.limits());
+    if let Some(folder) = &args.export {
+        catch_signals()?;
+        return export::run(folder, args.views, &args.scene, settings);
+    }
     let (text, overrides) = args.scene.read()?;
     let scene = text.open(&overrides)?;
-    let settings = Settings::new().threads(args.threads.map(|n| n as usize)).limits(args.scene.limits());
     let volume = load(scene.volume(), &settings.limits)?;
     let mut view = Server::builder(scene, volume).port(args.port).settings(settings).command_line(scene_arguments(), read_again);
     if let Some(name) = args.scene.input.as_deref().and_then(Path::file_name) {

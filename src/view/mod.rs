@@ -25,6 +25,7 @@
 mod api;
 mod command;
 mod document;
+pub mod export;
 mod frames;
 mod guard;
 mod http;

@@ -36,8 +36,8 @@ export function cameraOf(document, box, [width, height]) {
   const perspective = keys.projection === "perspective", fovY = keys.fov_y ?? 30;
   const fitted = (2 * box.radius) / Math.min(aspect, 1);
   let { eye, target } = keys, up = keys.up ?? UP, viewHeight = keys.height ?? fitted;
-  if (keys.along) [eye, target, up, viewHeight] = along(keys, box, [width, height]);
-  else if (!eye) {
+  if (keys.along) return along(keys, box, [width, height]);
+  if (!eye) {
     const zoom = keys.zoom ?? 1, side = cross(UP, box.front);
     const towards = direction(keys.azimuth ?? 30, keys.elevation ?? 20, box.front);
     const lean = rotate(rotate(UP, side, -(keys.elevation ?? 20)), UP, keys.azimuth ?? 30);
@@ -56,15 +56,16 @@ function framed(camera) {
   return { ...camera, forward, right, up: cross(right, forward) };
 }
 
-/// Eye, target, up and height of the camera along an axis of the volume.
+/// The camera along an axis of the volume. Its picture may be a mirror of the world: columns go along an axis whatever its direction is.
 function along(keys, box, [width, height]) {
   const axis = "xyz".indexOf(keys.along.at(-1)), backwards = keys.along.startsWith("-");
   const [across, down] = [[1, 2], [0, 2], [0, 1]][axis];
-  const forward = scale(unit(box.columns[axis]), backwards ? -1 : 1);
+  const sign = backwards ? -1 : 1, forward = scale(unit(box.columns[axis]), sign);
   const extent = (n, pixels) => (box.dims[n] * length(box.columns[n])) / pixels;
   const fitted = Math.max(extent(across, width), extent(down, height)) * height;
   const eye = sub(box.center, scale(forward, 2 * box.radius));
-  return [eye, box.center, scale(unit(box.columns[down]), -1), keys.height ?? fitted];
+  const up = scale(unit(box.columns[down]), -1), right = scale(unit(box.columns[across]), sign);
+  return { eye, target: box.center, up, right, forward, perspective: false, height: keys.height ?? fitted, fovY: 30, near: keys.near ?? null };
 }
 
 /// The direction from the target to an eye at these angles.

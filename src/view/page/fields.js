@@ -22,7 +22,11 @@ export function createFields({ store, resolve, about, choices }) {
     const { row, show } = kinds[spec.type](spec, change);
     const help = spec.help ?? about[spec.key];
     if (help) row.title = help;
+    let section = null;
     const update = (document) => {
+      // Nobody sees what a folded section says; it is brought up to date when it opens.
+      section ??= row.closest("details");
+      if (section && !section.open) return;
       const value = get(document);
       row.hidden = value === undefined || (spec.when && !spec.when(document));
       if (!row.hidden) show(value, document);

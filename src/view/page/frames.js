@@ -9,19 +9,22 @@ import * as server from "./server.js";
 const REST = 120;
 /// Milliseconds on the way, beside rendering and encoding, from which on moving frames are sent as JPEG.
 const THIN = 60;
+/// Times that are kept of each kind.
+const KEPT = 1000;
 
 /// Draws frames of `store` on `canvas`. `size` tells columns and rows of the picture; `shown` hears of each frame on the screen, `failed` of refusals.
 export function createFrames({ store, canvas, size, shown, failed }) {
   const context = canvas.getContext("bitmaprenderer");
   const counts = { frames: 0, stills: 0, latencies: [], stillAfter: [] };
   let seq = 0, last = 0, want = null, underWay = null, timer = 0, thin = false;
-  // When the oldest change happened that no frame has been asked for, and when the newest one did.
-  let changedAt = null, restedFrom = performance.now();
+  // When the changes happened that no frame has been asked for, and when the newest of all did.
+  let changes = [], restedFrom = performance.now();
   let still = null, lastShown = null;
 
   function change() {
-    const now = performance.now();
-    changedAt ??= now;
+    // When the hand moved, not when the page came to hear of it.
+    const now = window.event?.timeStamp || performance.now();
+    changes.push(now);
     restedFrom = now;
     want = "moving";
     clearTimeout(timer);
@@ -47,10 +50,10 @@ export function createFrames({ store, canvas, size, shown, failed }) {
   }
 
   async function ask(moving) {
-    const document = store.document, [width, height] = size(), since = changedAt, rested = restedFrom;
+    const document = store.document, [width, height] = size(), since = changes, rested = restedFrom;
     const mine = { moving, abort: new AbortController(), document };
     underWay = mine;
-    changedAt = null;
+    changes = [];
     const sent = performance.now();
     const opaque = (document.image?.background?.[3] ?? 0) === 1;
     const encoding = moving && thin && opaque ? "jpeg" : "png";
@@ -82,20 +85,15 @@ export function createFrames({ store, canvas, size, shown, failed }) {
     last = info.seq;
     context.transferFromImageBitmap(bitmap);
     still = moving ? null : { blob, document, info };
-    const frame = { info, moving, bytes: blob.size };
+    const frame = { info, moving };
     lastShown = frame;
     // Counted when it comes to the screen: two frames before one of the screen's are one.
     requestAnimationFrame((now) => {
+      if (moving) counts.latencies.push(...since.map((then) => now - then));
+      else counts.stillAfter.push(now - rested);
+      for (const times of [counts.latencies, counts.stillAfter]) times.splice(0, times.length - KEPT);
       if (lastShown !== frame) return;
-      if (moving) {
-        counts.frames += 1;
-        if (since !== null) counts.latencies.push(now - since);
-        if (counts.latencies.length > 1000) counts.latencies.shift();
-      } else {
-        counts.stills += 1;
-        counts.stillAfter.push(now - rested);
-        if (counts.stillAfter.length > 1000) counts.stillAfter.shift();
-      }
+      counts[moving ? "frames" : "stills"] += 1;
       shown(frame, now);
     });
   }

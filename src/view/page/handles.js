@@ -146,6 +146,8 @@ export function createHandles({ overlay, store, box, size, full }) {
     if (wanted.includes(focused)) focused.focus();
   }
 
+  const crossAt = ([x, y], arm) => `M${x - arm} ${y}H${x + arm}M${x} ${y - arm}V${y + arm}`;
+
   function update() {
     const [width, height] = size();
     put(overlay, { viewBox: `0 0 ${width} ${height}` });
@@ -173,8 +175,7 @@ export function createHandles({ overlay, store, box, size, full }) {
     lines.replaceChildren(...shapes);
     present(wanted.map((h) => h.element));
     wanted.forEach((h) => h.update());
-    const arm = 10 * ratio(), [x, y] = crosshair ?? [0, 0];
-    put(cross, { d: crosshair ? `M${x - arm} ${y}H${x + arm}M${x} ${y - arm}V${y + arm}` : "" });
+    put(cross, { d: crosshair ? crossAt(crosshair, 10 * ratio()) : "" });
   }
 
   return {

@@ -68,13 +68,13 @@ function createNumbers() {
 
 function theme() {
   const dark = matchMedia("(prefers-color-scheme: dark)"), button = byId("theme");
-  let choice = "system";
+  let choice = "auto";
   const apply = () => {
-    document.documentElement.dataset.theme = choice === "system" ? (dark.matches ? "dark" : "light") : choice;
+    document.documentElement.dataset.theme = choice === "auto" ? (dark.matches ? "dark" : "light") : choice;
     button.textContent = `Theme: ${choice}`;
   };
   button.addEventListener("click", () => {
-    choice = { system: "light", light: "dark", dark: "system" }[choice];
+    choice = { auto: "light", light: "dark", dark: "auto" }[choice];
     apply();
   });
   dark.addEventListener("change", apply);
@@ -140,19 +140,26 @@ function begin(opened) {
   const probe = createProbe({ store, volume, size, mark: handles.mark, say, section: byId("probe") });
   createSave({ store, size, say });
 
-  let drawn = null;
+  // The picture is asked for at once; what the controls show follows with the screen's next frame.
+  let drawn = store.document, waiting = false;
   function update(scene) {
-    fields.update(scene);
-    transfer.update();
-    handles.update();
-    byId("undo").disabled = !store.canUndo;
-    byId("redo").disabled = !store.canRedo;
     if (scene !== drawn) frames.change();
+    if (scene.transfer !== drawn.transfer) transfer.update();
     drawn = scene;
+    if (waiting) return;
+    waiting = true;
+    requestAnimationFrame(() => {
+      waiting = false;
+      fields.update(store.document);
+      handles.update();
+      byId("undo").disabled = !store.canUndo;
+      byId("redo").disabled = !store.canRedo;
+    });
   }
   store.subscribe(update);
-  drawn = store.document;
+  byId("sections").addEventListener("toggle", () => update(store.document), true);
   update(store.document);
+  transfer.update();
   frames.begin();
   createPresets({ presets: opened.presets, store, apply: (scene) => store.set(fit(scene)), say, idle: frames.idle });
 

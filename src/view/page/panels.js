@@ -206,7 +206,7 @@ export function fillPanels({ fields, store, box, volume, size, resolve, say, han
         // What belongs to one blend alone is decided anew; light comes back with the colours that it shone on.
         const own = ["level", "levels", "threshold", "window", "attenuation", "hit"].map((key) => [`render.${key}`, undefined]);
         let next = withKeys(d, { ...Object.fromEntries(own), "render.blend": blend, "slices.tolerance": undefined, "slices.spacing": undefined, "slices.merge": undefined });
-        if (blend === "iso") next = withKey(next, "render.level", (volume.range[0] + volume.range[1]) / 2);
+        if (blend === "iso") next = withKey(next, "render.level", (low + high) / 2);
         if (PROJECTIONS.has(blend) && next.light) {
           Object.assign(parked, { light: next.light, lights: next.lights });
           next = withKeys(next, { light: { model: "none" }, lights: undefined });

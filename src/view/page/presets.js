@@ -9,19 +9,21 @@ const SIDE = 96;
 export function createPresets({ presets, store, apply, say, idle }) {
   const cards = presets.map((preset) => {
     const image = make("img", { alt: "", width: SIDE, height: SIDE, hidden: true });
+    const thumb = make("span", { class: "thumb" }, image);
     const card = make(
       "button",
       { type: "button", class: "preset", title: preset.why ? `${preset.about}. ${preset.why}` : preset.about, "aria-label": `${preset.name}: ${preset.about}`, click: () => choose(preset.name) },
-      make("span", { class: "thumb" }, image),
+      thumb,
       make("span", {}, preset.name)
     );
-    return { preset, card, image };
+    return { preset, card, image, thumb };
   });
   const fit = cards.filter((c) => c.preset.fits), rest = cards.filter((c) => !c.preset.fits);
   byId("presets-fit").append(...fit.map((c) => c.card));
   byId("presets-rest").append(...rest.map((c) => c.card));
   byId("presets-more").hidden = rest.length === 0;
   byId("presets-none").hidden = fit.length > 0;
+  byId("presets").hidden = presets.length === 0;
 
   async function choose(name) {
     try {
@@ -33,31 +35,35 @@ export function createPresets({ presets, store, apply, say, idle }) {
     }
   }
 
-  let filling = false;
-  /// Makes the pictures of `some` that have none, one by one. Pictures are of the view at the time.
-  async function paint(some, again) {
-    if (again) for (const c of some) c.image.hidden = true;
+  let waiting = [], filling = false;
+  /// Makes the pictures of `some`, one by one, in the place of those that they have. They are of the view at the time.
+  async function paint(some) {
+    waiting = [...waiting.filter((c) => !some.includes(c)), ...some];
     if (filling) return;
     filling = true;
-    for (const c of some.filter((c) => c.image.hidden)) {
-      while (!idle()) await new Promise((later) => setTimeout(later, 300));
+    while (waiting.length) {
+      if (!idle()) {
+        await new Promise((later) => setTimeout(later, 300));
+        continue;
+      }
+      const { preset, card, image, thumb } = waiting.shift();
       try {
-        const blob = await server.thumbnail(store.document, c.preset.name, SIDE);
-        URL.revokeObjectURL(c.image.src);
-        c.image.src = URL.createObjectURL(blob);
-        await c.image.decode();
-        c.image.hidden = false;
+        const blob = await server.thumbnail(store.document, preset.name, SIDE);
+        URL.revokeObjectURL(image.src);
+        image.src = URL.createObjectURL(blob);
+        await image.decode();
+        image.hidden = thumb.hidden = false;
       } catch (error) {
         // One that does not go together with the scene has no picture; its button tells why.
-        c.card.title = error.message;
+        card.title = error.message;
+        thumb.hidden = true;
       }
     }
     filling = false;
   }
 
   const section = byId("presets"), more = byId("presets-more");
-  section.addEventListener("toggle", () => section.open && paint(fit, true));
-  more.addEventListener("toggle", () => more.open && paint(rest, true));
-  byId("presets-again").addEventListener("click", () => paint(more.open ? cards : fit, true));
-  if (section.open) paint(fit, false);
+  section.addEventListener("toggle", () => section.open && paint(fit));
+  more.addEventListener("toggle", () => more.open && paint(rest));
+  byId("presets-again").addEventListener("click", () => paint(more.open ? cards : fit));
 }

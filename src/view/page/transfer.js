@@ -166,7 +166,7 @@ export function createTransfer({ host, store, volume, histogram }) {
     opacity.row.hidden = isColor;
     colorRow.hidden = !isColor;
     const fill = (input, text) => document.activeElement !== input && (input.value = text);
-    fill(value.input, short(point[0], 7));
+    fill(value.input, short(point[0], 6));
     if (isColor) fill(color, hex(point.slice(1)));
     else fill(opacity.input, short(point[1], 6));
     removeButton.disabled = list(chosen.list).length < 2;
