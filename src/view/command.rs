@@ -5,9 +5,9 @@
 //!  sections that differ --> --section.key=value            then read again as the command would: does the same scene come of it?
 //! ```
 
-use super::document::{Asked, Document, Opened};
+use super::document::{Asked, Document, MAP, Opened};
 use crate::Result;
-use crate::scene::{KeyKind, ResolvedScene, SceneFile, keys};
+use crate::scene::{Annotations, KeyKind, ResolvedScene, SceneFile, keys};
 use serde_json::{Value, json};
 
 /// Flags without a value.
@@ -56,12 +56,21 @@ pub(super) fn answer(opened: &Opened, start: Option<&Start>, asked: &Asked) -> R
     let before = opened.write(&opened.scene, &opened.annotations)?;
     let after = opened.write(&asked.scene, &asked.annotations)?;
     let changed = |section: &str| before.get(section) != after.get(section);
-    let mut arguments: Vec<String> =
-        groups(&start.arguments).into_iter().filter(|g| !g.section.as_deref().is_some_and(changed)).flat_map(|g| g.words).collect();
-    arguments.extend(flags(&after, changed));
-    let complete = (start.read)(&arguments)
-        .and_then(|file| Ok((file.resolve(&opened.volume)?, file.annotations())))
-        .is_ok_and(|(ResolvedScene { scene, .. }, annotations)| scene == asked.scene && annotations == asked.annotations);
+    let with = |changed: &dyn Fn(&str) -> bool| {
+        let kept = groups(&start.arguments).into_iter().filter(|g| !g.section.as_deref().is_some_and(changed));
+        let mut arguments: Vec<String> = kept.flat_map(|g| g.words).collect();
+        arguments.extend(flags(&after, changed));
+        let read = (start.read)(&arguments).and_then(|file| Ok((file.resolve(&opened.volume)?, file.annotations())));
+        let same = |(found, annotations): (ResolvedScene, Annotations)| found.scene == asked.scene && annotations == asked.annotations;
+        (arguments, read.is_ok_and(same))
+    };
+    let mut found = with(&changed);
+    // What a section leaves open may have been decided by another: a camera that fits what shows, by the transfer function.
+    if !found.1 {
+        let all = with(&|_| true);
+        found = if all.1 { all } else { found };
+    }
+    let (arguments, complete) = found;
     let words: Vec<String> =
         ["slicestack", "render"].into_iter().map(str::to_owned).chain(arguments.iter().map(|word| quoted(word))).collect();
     Ok(json!({ "command": words.join(" "), "complete": complete, "note": (!complete).then_some(SAVE) }))
@@ -88,8 +97,10 @@ fn groups(arguments: &[String]) -> Vec<Group> {
     groups
 }
 
+/// The section that a flag belongs to; none for one that says where the data is, which the page does not change.
 fn section_of(flag: &str) -> Option<String> {
-    if BARE.contains(&flag) {
+    let map = flag.strip_prefix("labels.").is_some_and(|key| MAP.contains(&key));
+    if BARE.contains(&flag) || map || flag.starts_with("volume.") {
         return None;
     }
     let short = SHORT.iter().find(|(short, _)| *short == flag).map(|(_, section)| *section);
@@ -98,7 +109,7 @@ fn section_of(flag: &str) -> Option<String> {
 }
 
 /// A flag for each key of the sections of `document` that have `changed`.
-fn flags(document: &Document, changed: impl Fn(&str) -> bool) -> Vec<String> {
+fn flags(document: &Document, changed: &dyn Fn(&str) -> bool) -> Vec<String> {
     let mut flags = Vec::new();
     for (section, value) in document.iter().filter(|(section, _)| changed(section)) {
         let Value::Object(inner) = value else {

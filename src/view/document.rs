@@ -18,7 +18,7 @@ pub(super) type Document = Map<String, Value>;
 /// Keys that name files, in whatever section.
 const FILES: [&str; 3] = ["path", "file", "layers"];
 /// Keys of the section labels that say where the label map is.
-const MAP: [&str; 6] = ["path", "series", "array", "level", "frame", "channel"];
+pub(super) const MAP: [&str; 6] = ["path", "series", "array", "level", "frame", "channel"];
 /// Longest side of a picture.
 const SIDE: u32 = 8192;
 /// Most pixels of a picture.
@@ -56,7 +56,11 @@ impl Opened {
     pub(super) fn new(volume: Volume, source: VolumeSource, scene: Scene, annotations: Annotations) -> Result<Self> {
         let nameless = nameless(&source);
         let mut whole = document(&scene, Some(&nameless), &annotations)?;
-        let data = whole.remove("volume").unwrap_or_default();
+        // The volume is there: what a file looks like is asked no more.
+        let data = match source.path() {
+            Some(_) => serde_json::json!({ "path": STAND_IN }),
+            None => whole.remove("volume").unwrap_or_default(),
+        };
         let labels = match whole.remove("labels") {
             Some(Value::Object(labels)) if source.labels.is_some() => {
                 labels.into_iter().filter(|(key, _)| MAP.contains(&key.as_str())).collect()
