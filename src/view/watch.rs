@@ -18,11 +18,13 @@ pub(super) struct Watch {
     ended: AtomicBool,
 }
 
+/// What is to be done once the other side has gone.
+type Gone = Box<dyn FnOnce() + Send>;
+
 #[derive(Default)]
 struct Watched {
     next: u64,
-    /// What is to be done once the other side has gone.
-    all: BTreeMap<u64, (TcpStream, Box<dyn FnOnce() + Send>)>,
+    all: BTreeMap<u64, (TcpStream, Gone)>,
 }
 
 /// A connection under watch, until this is dropped.

@@ -130,7 +130,7 @@ fn moving_frames_are_coarse_and_say_so() {
     let (server, client) = serve(&SCENE.replace("size = 48", "size = 96").replace("count = 90", "count = 2000"));
     let (document, _) = client.open();
     let size = [700, 500];
-    let told = (1..12).map(|seq| client.frame("a", seq, &document, size, true)).last().unwrap();
+    let told = (1..12).map(|seq| client.frame("a", seq, &document, size, true)).fold(None, |_, told| Some(told)).unwrap();
     let info = told.told();
     assert_eq!((info["seq"].as_u64(), info["final"].as_bool()), (Some(11), Some(false)));
     let slices = info["slices"].as_u64().unwrap();
