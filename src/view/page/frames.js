@@ -6,7 +6,7 @@
 import * as server from "./server.js";
 
 /// Milliseconds after the last change at which the still frame is asked for.
-const REST = 120;
+const REST = 60;
 /// Milliseconds on the way, beside rendering and encoding, from which on moving frames are sent as JPEG.
 const THIN = 60;
 /// Times that are kept of each kind.
