@@ -25,6 +25,8 @@ mod rows;
 mod scalar;
 mod table;
 mod wide;
+#[cfg(target_arch = "x86_64")]
+mod ymm;
 
 pub(crate) use cells::{Blocks, CellLoad, CornerPairs, Corners, ToF32, convert};
 #[cfg(feature = "formats")]
