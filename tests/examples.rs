@@ -147,7 +147,7 @@ fn lessons_run_from_the_command() {
     for (args, status, words) in [
         (&["5"][..], 2, "lesson_5_over.png"),
         (&["7"], 2, "1 (polygons)"),
-        (&["fetch", "-o", "file"], 2, "not a folder"),
+        (&["fetch", "-o", "file"], 1, "not a folder"),
         (&["fetch", "-o", "no/such"], 1, "no/such"),
         (&["-o", "lessons"], 2, "<LESSON>"),
     ] {

@@ -65,6 +65,9 @@ fn what_are_no_layers_is_refused_in_a_line() {
     }
     let line = rendered(dir.path(), "[volume]\nlayers = \"*.png\"\n").unwrap_err().to_string();
     assert!(!line.contains('\n') && line.contains("alpha"), "{line}");
+    // Another view is none of an axis.
+    let line = rendered(dir.path(), "[volume]\nlayers = \"*.png\"\n[camera]\nazimuth = 30\n").unwrap_err().to_string();
+    assert!(line.contains("camera: layers are drawn along an axis"), "{line}");
     let line = rendered(dir.path(), "[volume]\nlayers = \"*.png\"\npath = \"a.nrrd\"\n").unwrap_err().to_string();
     assert!(line.contains("volume.path") && line.contains("one volume"), "{line}");
 }

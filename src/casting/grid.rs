@@ -64,9 +64,7 @@ impl<'s> Grid<'s> {
     pub(crate) fn new(scene: &'s Scene, volume: &'s Volume, view: &'s View) -> Result<Self> {
         let Placement::Along { axis, backwards } = scene.camera().placement() else {
             let name = Algorithm::Grid.name();
-            return Err(Error::invalid(format!(
-                "camera: render algorithm {name} (that of volume.layers too, unless told otherwise) looks along an axis of the volume; give camera.along"
-            )));
+            return Err(Error::invalid(format!("camera: render algorithm {name} looks along an axis of the volume; give camera.along")));
         };
         let grid = volume.grid();
         let levels = match (scene.surfaces(), scene.blend()) {

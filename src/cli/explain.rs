@@ -1,6 +1,6 @@
 //! `slicestack explain`.
 
-use super::output::{Sink, is_record};
+use super::output::{Sink, is_new_folder, is_record};
 use super::progress::{Bar, Phase, catch_signals, enter, rendered};
 use super::scene::{SceneArgs, load};
 use super::{Usage, complain};
@@ -124,17 +124,7 @@ impl Folder {
     /// # Errors
     /// When `path` is no folder and none can be made there.
     fn new(path: &Path) -> Result<Self> {
-        if path == Path::new("-") {
-            bail!(Usage("--output -: a page goes into a folder; give its name".into()));
-        }
-        if path.exists() && !path.is_dir() {
-            bail!("{}: is a file, not a folder", path.display());
-        }
-        let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        if !parent.is_dir() {
-            bail!("{}: there is no directory {}", path.display(), parent.display());
-        }
-        Ok(Self { path: path.to_path_buf(), new: !path.exists() })
+        Ok(Self { path: path.to_path_buf(), new: is_new_folder(path, "--output")? })
     }
 
     fn sink(&self, name: &str) -> Sink {

@@ -1,6 +1,7 @@
 //! `slicestack view --export`: the pictures of an orbit and the page that turns them, into a folder.
 
 use super::movie::Frames;
+use super::output::is_new_folder;
 use super::progress::{Phase, enter};
 use super::scene::{SceneArgs, load};
 use super::{Usage, complain};
@@ -99,17 +100,7 @@ impl Folder {
     /// # Errors
     /// For a file, a folder that cannot be made, and one that holds anything but an export.
     fn new(path: &Path) -> Result<Self> {
-        if path == Path::new("-") {
-            bail!(Usage("--export -: pictures and their page go into a folder; give its name".into()));
-        }
-        if path.exists() && !path.is_dir() {
-            bail!("{}: is a file, not a folder", path.display());
-        }
-        let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        if !parent.is_dir() {
-            bail!("{}: there is no directory {}", path.display(), parent.display());
-        }
-        let folder = Self { path: path.to_path_buf(), new: !path.exists() };
+        let folder = Self { path: path.to_path_buf(), new: is_new_folder(path, "--export")? };
         if !folder.new && !folder.is_empty()? && !folder.holds_an_export()? {
             bail!(Usage(format!("{}: is there already and holds no export; choose another name", path.display())));
         }

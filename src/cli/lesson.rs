@@ -1,7 +1,7 @@
 //! `slicestack lesson`.
 
 use super::Usage;
-use super::output::{Sink, print};
+use super::output::{Sink, is_new_folder, print};
 use anyhow::{Context, Result, bail};
 use slicestack::picture::Format;
 use slicestack::study::{LESSONS, Lesson};
@@ -34,14 +34,12 @@ pub(super) fn run(args: &LessonArgs) -> Result<()> {
         bail!(Usage(format!("lesson {name}: there is none; there are {}", names.join(", "))));
     };
     let folder = &args.output;
-    if folder.exists() && !folder.is_dir() {
-        bail!(Usage(format!("-o {}: is a file, not a folder", folder.display())));
-    }
+    let new = is_new_folder(folder, "--output")?;
     let picture = folder.join(lesson.file_name());
     let sink = Sink::File(picture.clone());
     sink.spare("picture", |start| Format::of_start(start) == Some(Format::Png), &[])?;
     let shown = lesson.run()?;
-    if !folder.exists() {
+    if new {
         fs::create_dir(folder).with_context(|| folder.display().to_string())?;
     }
     sink.write(&shown.picture)?;

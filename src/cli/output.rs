@@ -25,10 +25,7 @@ impl Sink {
         if path == Path::new("-") {
             return Ok(Self::Stdout);
         }
-        let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        if !parent.is_dir() {
-            bail!("{}: there is no directory {}", path.display(), parent.display());
-        }
+        check_parent(path)?;
         if path.is_dir() {
             bail!("{}: is a directory", path.display());
         }
@@ -73,6 +70,31 @@ impl Sink {
             }
         }
     }
+}
+
+/// Whether a folder for results is still to be made at `path`, which the flag `flag` names.
+///
+/// # Errors
+/// [`Usage`] for `-`; for a file, and where no folder can be made.
+pub(super) fn is_new_folder(path: &Path, flag: &str) -> Result<bool> {
+    if path == Path::new("-") {
+        bail!(Usage(format!("{flag} -: results go into a folder; give its name")));
+    }
+    if path.exists() && !path.is_dir() {
+        bail!("{}: is a file, not a folder", path.display());
+    }
+    check_parent(path)?;
+    Ok(!path.exists())
+}
+
+/// # Errors
+/// Where there is no directory for `path` to be in.
+fn check_parent(path: &Path) -> Result<()> {
+    let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if !parent.is_dir() {
+        bail!("{}: there is no directory {}", path.display(), parent.display());
+    }
+    Ok(())
 }
 
 /// Whether two names are those of one file: the same after links are followed, or two of its hard links.

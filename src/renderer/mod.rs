@@ -369,7 +369,7 @@ fn make_pool(threads: Option<usize>) -> Result<ThreadPool> {
 }
 
 /// Number of slices or shells of `scene`, `spacing` apart at most.
-fn slice_count(spacing: f64, scene: &Scene, grid: &Grid, view: &View) -> Result<u64> {
+pub(crate) fn slice_count(spacing: f64, scene: &Scene, grid: &Grid, view: &View) -> Result<u64> {
     steps_of(spacing, Stack::depth_range(grid, view).map(|range| if is_in_shells(scene, view) { shell_range(grid, view) } else { range }))
 }
 

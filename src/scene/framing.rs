@@ -12,7 +12,7 @@
 //! likewise upwards; the eye is the farther of both.
 
 use super::by_place::ByPlace;
-use super::{Blend, Camera, LevelSurface, Placement, Projection, Scene, TransferFunction};
+use super::{Blend, Camera, LevelSurface, Placement, Projection, Scene, TransferFunction, View};
 use crate::Volume;
 use crate::volume::bricks::{BRICK, Bricks};
 use crate::volume::{Grid, OpacityFrom};
@@ -291,17 +291,27 @@ impl Scene {
     /// Depths from the eye, world units along the view direction, at which the box of `volume` begins and ends, and those at which what shows of it does
     /// (see [`Visible`]); none below 0, where the eye is. `None` where the camera does not resolve, or nothing of the box is in front of it.
     pub fn depths(&self, volume: &Volume) -> Option<SceneDepths> {
-        let (width, height) = self.size();
-        let view = self.camera().resolve(volume.grid(), width, height).ok()?;
-        let ahead = |[near, far]: [f64; 2]| (far > 0.0).then(|| [near.max(0.0), far]);
-        let corners = volume.grid().corners().map(|c| view.depth(c));
-        let whole = ahead(corners.into_iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], d| [a.min(d), b.max(d)]))?;
+        let (view, whole) = self.box_depths(volume)?;
         let eye = view.eye.dot(view.forward);
         let seen = Visible::of(self, volume).and_then(|visible| ahead(visible.extent(view.forward).map(|d| d - eye)));
         // Bricks at the border reach half a voxel beyond the box at most.
         let visible = seen.map(|[near, far]| [near.max(whole[0]), far.min(whole[1])]);
         Some(SceneDepths { whole, visible })
     }
+
+    /// The scene's view, and [`SceneDepths::whole`]: all that needs no look at bricks.
+    pub(super) fn box_depths(&self, volume: &Volume) -> Option<(View, [f64; 2])> {
+        let (width, height) = self.size();
+        let view = self.camera().resolve(volume.grid(), width, height).ok()?;
+        let corners = volume.grid().corners().map(|c| view.depth(c));
+        let whole = ahead(corners.into_iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], d| [a.min(d), b.max(d)]))?;
+        Some((view, whole))
+    }
+}
+
+/// As much of a range of depths as is in front of the eye.
+fn ahead([near, far]: [f64; 2]) -> Option<[f64; 2]> {
+    (far > 0.0).then(|| [near.max(0.0), far])
 }
 
 /// Depths at which things begin and end: see [`Scene::depths`].

@@ -256,7 +256,6 @@ fn told_of(frame: &Frame, wanted: &Wanted) -> String {
         "square": frame.divisor,
         "final": !wanted.moving,
         "warnings": warnings,
-        "notes": [],
     });
     ascii(&value.to_string())
 }

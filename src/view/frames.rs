@@ -102,12 +102,9 @@ impl Frames {
             }
         }
         let renderer = lock(&self.first).beside();
-        let state = State { latest: 0, quality: Quality::default(), renderer: None };
-        let page = Arc::new(Page {
-            stopper: renderer.stopper(),
-            state: Mutex::new(State { renderer: Some(renderer), ..state }),
-            free: Condvar::new(),
-        });
+        let stopper = renderer.stopper();
+        let state = State { latest: 0, quality: Quality::default(), renderer: Some(renderer) };
+        let page = Arc::new(Page { stopper, state: Mutex::new(state), free: Condvar::new() });
         pages.all.insert(client.to_owned(), (now, Arc::clone(&page)));
         page
     }

@@ -3,6 +3,7 @@
 //! Levels go from fine to coarse. The times of the last frames choose one. A level that has proved too slow is not tried again for a while, so that
 //! the view does not flicker between two of them.
 
+use crate::renderer::slice_count;
 use crate::scene::{Algorithm, Scene, Slicing};
 use crate::{Result, Volume};
 
@@ -92,7 +93,7 @@ impl Subject {
 /// Slices of a frame of `scene` in full; with a tolerance those that are half a voxel apart.
 ///
 /// # Errors
-/// Where the camera does not resolve.
+/// Where the camera does not resolve, and for more slices than there can be.
 pub(super) fn slices(scene: &Scene, volume: &Volume) -> Result<u64> {
     let spacing = match scene.slicing() {
         Slicing::Count(count) => return Ok(count),
@@ -101,9 +102,7 @@ pub(super) fn slices(scene: &Scene, volume: &Volume) -> Result<u64> {
     };
     let (width, height) = scene.size();
     let view = scene.camera().resolve(volume.grid(), width, height)?;
-    let depths = volume.grid().corners().map(|corner| view.depth(corner));
-    let (near, far) = depths.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &d| (low.min(d), high.max(d)));
-    Ok(((far - near.max(0.0)) / spacing).ceil().max(1.0) as u64)
+    slice_count(spacing, scene, volume.grid(), &view)
 }
 
 impl Level {

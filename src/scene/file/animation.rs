@@ -17,8 +17,7 @@
 //! A key of the scene that stands in one moment alone holds all the time. Numbers, and lists of the same length of them, are interpolated; words, and
 //! lists whose lengths differ, hold until the next moment that has them, and so do seeds of noise. Keys that take whole numbers are rounded.
 
-use super::schema::is_whole;
-use super::{MAX_BYTES, Overrides, SceneFile, keys, text_of_file};
+use super::{KeyKind, MAX_BYTES, Overrides, SceneFile, keys, text_of_file};
 use crate::{Error, Result};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -182,6 +181,11 @@ impl Animation {
             (None, None) => SceneFile::parse("", "", &overrides),
         }
     }
+}
+
+/// Whether the key `path` takes whole numbers alone.
+fn is_whole(path: &str) -> bool {
+    keys().iter().any(|key| key.path == path && key.kind == KeyKind::Whole)
 }
 
 /// The value a share of the way from `a` to `b`, where they are numbers, or lists of the same shape of them; else `a`.

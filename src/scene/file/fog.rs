@@ -68,6 +68,16 @@ impl FogKeys {
     /// Fog that reaches from where what shows begins to where it ends, for what the section leaves open; and a warning where hardly any colour is left.
     pub(super) fn finish(&self, data: &mut Data<'_>) -> Result<()> {
         let Some(fog) = data.scene.fog().copied() else { return Ok(()) };
+        let is_open = match fog.mode() {
+            _ if data.scene.opengl().is_some() => false,
+            FogMode::Linear { .. } => self.start.is_none() || self.end.is_none(),
+            _ => self.density.is_none(),
+        };
+        let Some((_, [_, farthest])) = data.scene.box_depths(data.volume) else { return Ok(()) };
+        // Nothing is open, and nothing to warn of: what shows need not be looked for, which takes a look at every brick.
+        if !is_open && (data.scene.opengl().is_some() || fog.factor(farthest) >= HIDDEN) {
+            return Ok(());
+        }
         let Some(depths) = data.scene.depths(data.volume) else { return Ok(()) };
         let [front, back] = depths.visible.unwrap_or(depths.whole);
         // exp(-thick) is what is left at the back: a third.

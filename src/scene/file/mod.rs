@@ -168,7 +168,7 @@ impl SceneFile {
         let (mut document, places) = table::document(text, file, overrides)?;
         document.as_layers();
         let cx = Context { document: &document, places: &places, base };
-        let (source, partial) = (document.volume.source(&cx)?, document.before_data(&cx).map_err(|e| document.of_layers(e))?);
+        let (source, partial) = (document.volume.source(&cx)?, document.before_data(&cx)?);
         // Whoever looks closer wants finer voxels.
         let side = f64::from(partial.size().0.min(partial.size().1));
         let source = source.with_labels(document.labels.source(&cx)?);
@@ -223,7 +223,7 @@ impl SceneFile {
         // A function of value and gradient stands in the place of a preset, and comes without its light.
         let ready = d.transfer.finish(&cx, &mut data)?.filter(|_| !d.transfer2d.given());
         d.volume.finish(&cx, &mut data)?;
-        data.scene.check_with(volume).map_err(|e| d.of_layers(cx.places.locate(e)))?;
+        data.scene.check_with(volume).map_err(|e| cx.places.locate(e))?;
         d.render.finish(&mut data)?;
         d.labels.finish(&cx, &mut data)?;
         region::finish(&d.region, &cx, &mut data)?;
@@ -306,19 +306,12 @@ impl Document {
         }
     }
 
-    /// An error of an algorithm that [`Document::as_layers`] has chosen, with the key that it came from.
-    fn of_layers(&self, error: Error) -> Error {
-        match error {
-            Error::Invalid(what) if self.volume.layers.is_some() => {
-                let word = "render algorithm grid";
-                Error::Invalid(what.replace(word, "render algorithm grid (that of volume.layers, unless told otherwise)"))
-            }
-            other => other,
-        }
-    }
-
     /// All of the scene that does not depend on the data, so that a mistake is found before a volume is loaded.
     fn before_data(&self, cx: &Context<'_>) -> Result<Scene> {
+        if self.volume.layers.is_some() && self.render.algorithm == Some(render::AlgorithmKey::Grid) && self.camera.along.is_none() {
+            let what = "layers are drawn along an axis (render.algorithm \"grid\"); give camera.along, or another render.algorithm";
+            return Err(cx.error("camera", what));
+        }
         let from = self.transfer.opacity_from.map(OpacityFrom::from);
         let scene = Scene::new(self.transfer.before_data(cx)?).with_opacity_from(from);
         let scene = self.frame(cx, scene).map_err(|e| cx.places.locate(e))?;

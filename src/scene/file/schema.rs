@@ -14,6 +14,8 @@ pub enum KeyKind {
     Text(Vec<String>),
     /// A number.
     Scalar,
+    /// A whole number.
+    Whole,
     /// True or false.
     Truth,
     /// A list of numbers, or of lists or tables of them.
@@ -82,23 +84,6 @@ fn key(path: String, schema: &Value) -> Key {
     Key { path, about, kind: kind(schema) }
 }
 
-/// Whether the key `path` takes whole numbers alone.
-pub(super) fn is_whole(path: &str) -> bool {
-    static WHOLE: OnceLock<Vec<String>> = OnceLock::new();
-    let find = || {
-        let schema = schema();
-        let whole = |about: &Value| match about.get("type") {
-            Some(Value::Array(kinds)) => kinds.first() == Some(&Value::from("integer")),
-            kind => kind == Some(&Value::from("integer")),
-        };
-        let of = |(section, about): (&String, &Value)| {
-            properties(about).filter(|(_, about)| whole(about)).map(|(name, _)| format!("{section}.{name}")).collect::<Vec<_>>()
-        };
-        properties(&schema).flat_map(of).collect()
-    };
-    WHOLE.get_or_init(find).iter().any(|known| known == path)
-}
-
 /// An optional key is `type: [x, null]` or `anyOf: [x, null]`.
 fn kind(schema: &Value) -> KeyKind {
     if let Some(any) = schema.get("anyOf").and_then(Value::as_array) {
@@ -112,6 +97,7 @@ fn kind(schema: &Value) -> KeyKind {
         }
         Some("array") => KeyKind::List,
         Some("boolean") => KeyKind::Truth,
+        Some("integer") => KeyKind::Whole,
         _ => KeyKind::Scalar,
     }
 }

@@ -285,7 +285,9 @@ fn lay_over(table: &mut Table, overrides: &Overrides, known: &[Key], places: &mu
 fn value(text: &str, kind: &KeyKind) -> Result<Value, String> {
     match kind {
         KeyKind::Text(_) => Ok(Value::String(text.to_owned())),
-        KeyKind::Scalar | KeyKind::Truth => number(text).or_else(|| inline(text)).ok_or_else(|| format!("cannot read {:?}", text.trim())),
+        KeyKind::Scalar | KeyKind::Whole | KeyKind::Truth => {
+            number(text).or_else(|| inline(text)).ok_or_else(|| format!("cannot read {:?}", text.trim()))
+        }
         KeyKind::List => {
             let numbers: Option<Vec<Value>> = text.trim().trim_start_matches('[').trim_end_matches(']').split(',').map(number).collect();
             let list = match inline(text) {

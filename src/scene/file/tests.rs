@@ -480,6 +480,7 @@ fn the_schema_knows_every_key_and_explains_it() {
     assert_eq!(kind("volume.path"), Some(KeyKind::Text(vec![])));
     assert_eq!(kind("camera.eye"), Some(KeyKind::List));
     assert_eq!(kind("camera.zoom"), Some(KeyKind::Scalar));
+    assert_eq!(kind("slices.count"), Some(KeyKind::Whole));
     assert_eq!(kind("clip"), Some(KeyKind::List));
     assert!(matches!(kind("transfer.preset"), Some(KeyKind::Text(words)) if words.contains(&"mr-brain".to_owned())));
     // Every section refuses what it does not know.
