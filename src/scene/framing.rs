@@ -351,7 +351,7 @@ impl Scene {
         };
         let views = (0..count).map(turned).collect::<crate::Result<Vec<_>>>()?;
         let aspect = f64::from(width) / f64::from(height);
-        let most = |f: &dyn Fn(&super::View) -> f64| views.iter().map(f).fold(0.0, f64::max);
+        let most = |f: &dyn Fn(&View) -> f64| views.iter().map(f).fold(0.0, f64::max);
         let (size, away) = match self.camera().projection() {
             Projection::Orthographic { height: given } => {
                 let sideways = most(&|v| reach(v.right).max(reach(-v.right)));
@@ -363,7 +363,7 @@ impl Scene {
             }
             Projection::Perspective { fov_y } => {
                 let tangent = libm::tan(fov_y.to_radians() * 0.5) * FILLED;
-                let side = |v: &super::View, n: DVec3, t: f64| reach(n - v.forward * t) / t;
+                let side = |v: &View, n: DVec3, t: f64| reach(n - v.forward * t) / t;
                 let needed = most(&|v| {
                     let (x, y) = (tangent * aspect, tangent);
                     side(v, v.right, x).max(side(v, -v.right, x)).max(side(v, v.up, y)).max(side(v, -v.up, y))
@@ -372,7 +372,7 @@ impl Scene {
                 (0.0, (needed / zoom).max(1.02 * deep))
             }
         };
-        let camera = |view: &super::View| {
+        let camera = |view: &View| {
             let projection = match self.camera().projection() {
                 Projection::Orthographic { .. } => Projection::Orthographic { height: Some(size) },
                 other @ Projection::Perspective { .. } => other,
