@@ -7,7 +7,7 @@
 //! This calls the lesson, which is in src/study/lessons/fog.rs; `slicestack lesson 6` runs it too.
 
 use slicestack::Result;
-use slicestack::picture::write_whole;
+use slicestack::files::write_whole;
 use slicestack::study::LESSONS;
 use std::path::{Path, PathBuf};
 

@@ -103,6 +103,7 @@ pub mod cut;
 mod error;
 #[cfg(feature = "explain")]
 pub mod explain;
+pub mod files;
 mod fragment;
 mod lanes;
 mod lean;

@@ -1,7 +1,6 @@
 //! `slicestack animate`: frames between key frames.
 
 use super::movie::{Movie, MovieArgs};
-use super::progress::catch_signals;
 use super::scene::{SceneArgs, load};
 use super::{Usage, complain};
 use anyhow::{Result, anyhow, bail};
@@ -55,7 +54,6 @@ pub(super) fn run(args: &AnimateArgs) -> Result<()> {
     if !(1..=MAX_FRAMES).contains(&steps) {
         bail!(Usage(format!("{}: makes {steps} frames; there can be 1 to {MAX_FRAMES}", args.keys.display())));
     }
-    catch_signals()?;
     // What a picture is fitted to would change from frame to frame, and its size with it.
     let mut usual = overrides.clone();
     if !animation.sets("camera.fit")

@@ -2,9 +2,10 @@
 
 use super::flags::VolumeFlags;
 use super::output::Sink;
-use super::progress::{Bar, Phase, catch_signals, enter, rendered};
+use super::progress::Bar;
 use super::scene::{ReadingArgs, load, scene_of};
-use super::{Usage, complain};
+use super::signals::go_on;
+use super::{Usage, complain, tell};
 use anyhow::{Result, bail};
 use clap::builder::PossibleValuesParser;
 use slicestack::scene::Overrides;
@@ -192,9 +193,8 @@ pub(super) fn run(args: &ConvertArgs) -> Result<()> {
         Writing::new().format(named).compress(args.compress).check(path).map_err(|e| Usage(e.to_string()))?;
     }
     spare(args, &sink, format, &args.input)?;
-    catch_signals()?;
     let mut overrides = Overrides::default();
-    let text = scene_of(Some(&args.input), &mut overrides)?;
+    let text = scene_of(Some(&args.input), &mut overrides);
     args.flags.apply(&mut overrides)?;
     let source = text.open(&overrides)?;
     if let Some(path) = source.volume().path() {
@@ -202,23 +202,22 @@ pub(super) fn run(args: &ConvertArgs) -> Result<()> {
     }
     let limits = args.reading.limits();
     let volume = load(source.volume(), &limits)?;
+    sink.spare_read()?;
 
     let bar = Arc::new(Bar::new());
-    enter(Phase::Rendering);
     let volume = plan.apply(volume, &limits, &bar);
     bar.clear();
     let volume = volume?;
-    rendered()?;
+    go_on()?;
     let writing = Writing::new().format(named).compress(args.compress).stored(args.scale.is_some()).progress(bar.clone());
     let written = write(&volume, &sink, format, &writing);
     bar.clear();
-    enter(Phase::Idle);
     let Some(written) = written? else { return Ok(()) };
     written.notes.iter().for_each(|note| complain("note", note));
     let [x, y, z] = volume.grid().dims();
     let what = if volume.channels().is_color() { "colours" } else { "voxels" };
     let name = if let Sink::File(path) = &sink { format!("{}: ", path.display()) } else { String::new() };
-    eprintln!("{name}{x} x {y} x {z} {what} of {} in {} bytes of {format}", written.voxel_type, written.bytes);
+    tell!("{name}{x} x {y} x {z} {what} of {} in {} bytes of {format}", written.voxel_type, written.bytes);
     Ok(())
 }
 
@@ -237,18 +236,10 @@ fn spare(args: &ConvertArgs, sink: &Sink, format: WriteFormat, input: &Path) -> 
 /// Writes `volume`; `None` where nobody reads on.
 fn write(volume: &Volume, sink: &Sink, format: WriteFormat, writing: &Writing) -> Result<Option<Written>> {
     match sink {
-        Sink::File(path) => {
-            // A pipe or a device is no file to finish.
-            let whole = path.is_file() || !path.exists();
-            enter(if whole { Phase::Streaming } else { Phase::Idle });
-            Ok(Some(io::write(volume, path, writing)?))
-        }
-        Sink::Stdout => {
-            enter(Phase::Idle);
-            match io::write_to(volume, &mut stdout().lock(), format, writing) {
-                Err(Error::Io { source, .. }) if source.kind() == ErrorKind::BrokenPipe => Ok(None),
-                written => Ok(Some(written?)),
-            }
-        }
+        Sink::File(path) => Ok(Some(io::write(volume, path, writing)?)),
+        Sink::Stdout => match io::write_to(volume, &mut stdout().lock(), format, writing) {
+            Err(Error::Io { source, .. }) if source.kind() == ErrorKind::BrokenPipe => Ok(None),
+            written => Ok(Some(written?)),
+        },
     }
 }

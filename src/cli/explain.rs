@@ -1,14 +1,14 @@
 //! `slicestack explain`.
 
-use super::output::{Sink, is_new_folder, is_record};
-use super::progress::{Bar, Phase, catch_signals, enter, rendered};
+use super::output::{Outputs, Sink, is_new_folder, is_record};
+use super::progress::Bar;
 use super::scene::{SceneArgs, load};
-use super::{Usage, complain};
-use anyhow::{Context, Result, bail};
+use super::signals::go_on;
+use super::{Usage, complain, tell};
+use anyhow::{Result, bail};
 use slicestack::Settings;
 use slicestack::explain::{Request, build_up, explain};
 use slicestack::picture::{Depth, Format};
-use std::fs;
 use std::io::{IsTerminal, stderr};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -53,13 +53,14 @@ pub(super) fn run(args: &ExplainArgs) -> Result<()> {
     let request =
         Request::new().pixel(args.pixel.as_deref().map(pixel).transpose()?).slices(args.slices.as_deref().map(slices).transpose()?);
     let (text, overrides) = args.scene.read()?;
-    let folder = Folder::new(&args.output)?;
+    is_new_folder(&args.output, "--output")?;
+    let sink = |name: &str| Sink::File(args.output.join(name));
     let json = args.json.as_deref().map(Sink::new).transpose()?;
-    let page = folder.sink("index.html");
+    let page = sink("index.html");
     let inputs: Vec<&Path> = args.scene.input.as_deref().into_iter().collect();
     page.spare("page", |start| start.starts_with(b"<!doctype html>"), &inputs)?;
     let pictures: Vec<Sink> = if args.frames {
-        ["build-up.png".to_owned()].into_iter().chain((0..FRAMES).map(frame_name)).map(|n| folder.sink(&n)).collect()
+        ["build-up.png".to_owned()].into_iter().chain((0..FRAMES).map(frame_name)).map(|n| sink(&n)).collect()
     } else {
         Vec::new()
     };
@@ -69,7 +70,6 @@ pub(super) fn run(args: &ExplainArgs) -> Result<()> {
     if let Some(json) = &json {
         json.spare("record", is_record, &inputs)?;
     }
-    catch_signals()?;
 
     let scene_file = text.open(&overrides)?;
     let bar = Arc::new(Bar::new());
@@ -79,7 +79,6 @@ pub(super) fn run(args: &ExplainArgs) -> Result<()> {
     }
     let volume = load(scene_file.volume(), &settings.limits)?;
     let (scene, mut warnings) = scene_file.to_scene(&volume)?;
-    enter(Phase::Rendering);
     let explanation = explain(&volume, &scene, &settings, &request)?;
     warnings.extend(explanation.warnings().iter().cloned());
     let mut files: Vec<(Sink, Vec<u8>)> = vec![(page, explanation.page()?.into_bytes())];
@@ -98,61 +97,21 @@ pub(super) fn run(args: &ExplainArgs) -> Result<()> {
         files.push((json, (explanation.json()? + "\n").into_bytes()));
     }
     bar.clear();
-    rendered()?;
+    go_on()?;
     warnings.iter().for_each(|w| complain("warning", w));
-    enter(Phase::Writing);
-    folder.write(&files)?;
+    let mut outputs = Outputs::default();
+    outputs.folder(&args.output)?;
+    files.iter().try_for_each(|(sink, bytes)| outputs.add(sink, bytes))?;
+    outputs.finish()?;
     if stderr().is_terminal() {
         let (x, y) = explanation.pixel();
-        eprintln!("{}: open it in a browser; it begins at pixel {x},{y}", args.output.join("index.html").display());
+        tell!("{}: open it in a browser; it begins at pixel {x},{y}", args.output.join("index.html").display());
     }
     Ok(())
 }
 
 fn frame_name(i: u32) -> String {
     format!("frame-{i:02}.png")
-}
-
-/// The folder that results go into.
-struct Folder {
-    path: PathBuf,
-    /// Whether it was not there before.
-    new: bool,
-}
-
-impl Folder {
-    /// # Errors
-    /// When `path` is no folder and none can be made there.
-    fn new(path: &Path) -> Result<Self> {
-        Ok(Self { path: path.to_path_buf(), new: is_new_folder(path, "--output")? })
-    }
-
-    fn sink(&self, name: &str) -> Sink {
-        Sink::File(self.path.join(name))
-    }
-
-    /// Writes all of `files`, or takes back those it wrote that were not there before.
-    fn write(&self, files: &[(Sink, Vec<u8>)]) -> Result<()> {
-        if self.new {
-            fs::create_dir(&self.path).with_context(|| self.path.display().to_string())?;
-        }
-        let mut fresh: Vec<&Path> = Vec::new();
-        for (sink, bytes) in files {
-            let there = matches!(sink, Sink::File(path) if path.exists());
-            if let Err(e) = sink.write(bytes) {
-                // The failure that led here is the one to report.
-                fresh.iter().for_each(|path| drop(fs::remove_file(path)));
-                if self.new {
-                    drop(fs::remove_dir(&self.path));
-                }
-                return Err(e);
-            }
-            if let (Sink::File(path), false) = (sink, there) {
-                fresh.push(path);
-            }
-        }
-        Ok(())
-    }
 }
 
 /// `X,Y`.

@@ -1,14 +1,14 @@
 //! `slicestack golden`: a folder of scene files and of their pictures on record.
 
 use super::compare::ToleranceArgs;
-use super::output::print;
-use super::progress::{Bar, Phase, catch_signals, enter, rendered};
+use super::output::{Outputs, Sink, print};
+use super::progress::Bar;
+use super::signals::go_on;
 use super::{Differs, Usage};
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use clap::Subcommand;
 use slicestack::Settings;
 use slicestack::compare::Tolerance;
-use slicestack::picture::write_whole;
 use slicestack::proof::{Outcome, bless, check, page};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -64,13 +64,11 @@ pub(super) fn run(args: &GoldenArgs) -> Result<()> {
 
 /// Does `work` with the settings of a command that renders.
 fn rendering<T>(work: impl FnOnce(&Settings) -> slicestack::Result<T>) -> Result<T> {
-    catch_signals()?;
     let bar = Arc::new(Bar::new());
-    enter(Phase::Rendering);
     let done = work(&Settings::new().progress(bar.clone()));
     bar.clear();
     let done = done?;
-    rendered()?;
+    go_on()?;
     Ok(done)
 }
 
@@ -98,11 +96,12 @@ fn run_check(folder: &Path, limits: &ToleranceArgs, output: Option<&Path>) -> Re
         text += &format!("{}: {}\n", c.scene.display(), told.split_whitespace().collect::<Vec<_>>().join(" "));
     }
     if let Some(folder) = output.filter(|_| differ + failed > 0) {
-        fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
-        enter(Phase::Writing);
+        let mut outputs = Outputs::default();
+        outputs.folder(folder)?;
         for (name, bytes) in page(&checked) {
-            write_whole(&folder.join(name), &bytes)?;
+            outputs.add(&Sink::File(folder.join(name)), &bytes)?;
         }
+        outputs.finish()?;
         text += &format!("{}\n", folder.join("index.html").display());
     }
     print(text.as_bytes())?;

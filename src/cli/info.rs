@@ -3,8 +3,9 @@
 use super::Usage;
 use super::flags::VolumeFlags;
 use super::output::{Sink, is_picture, print};
-use super::progress::{Bar, Phase, catch_signals, enter, rendered};
+use super::progress::Bar;
 use super::scene::{ReadingArgs, scene_of};
+use super::signals::go_on;
 use super::stats::depths_json;
 use anyhow::{Result, bail};
 use serde_json::{Value, json};
@@ -59,7 +60,7 @@ const COLUMNS: usize = 64;
 pub(super) fn run(args: &InfoArgs) -> Result<()> {
     let joint = args.histogram2d.as_deref().map(|path| JointOutput::of(path, &args.file)).transpose()?;
     let mut overrides = Overrides::default();
-    let text = scene_of(Some(&args.file), &mut overrides)?;
+    let text = scene_of(Some(&args.file), &mut overrides);
     args.flags.apply(&mut overrides)?;
     let source = text.open(&overrides)?;
     if let (Some(joint), Some(path)) = (&joint, source.volume().path()) {
@@ -114,12 +115,10 @@ impl JointOutput {
     }
 
     fn write(&self, volume: &Volume) -> Result<()> {
-        catch_signals()?;
         let bar = Bar::new();
-        enter(Phase::Rendering);
         let joint = JointHistogram::of(volume, Some(&bar))?;
         bar.clear();
-        rendered()?;
+        go_on()?;
         let bytes = if self.table {
             joint.csv().into_bytes()
         } else {
@@ -128,9 +127,7 @@ impl JointOutput {
             let name = Path::new(volume.name()).file_name().map_or_else(|| "volume".into(), |n| n.to_string_lossy());
             joint_histogram_png(&format!("{name}: values and their gradients"), &joint, units)?
         };
-        enter(Phase::Writing);
         self.sink.write(&bytes)?;
-        enter(Phase::Idle);
         Ok(())
     }
 }

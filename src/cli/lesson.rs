@@ -1,11 +1,10 @@
 //! `slicestack lesson`.
 
 use super::Usage;
-use super::output::{Sink, is_new_folder, print};
-use anyhow::{Context, Result, bail};
+use super::output::{Outputs, Sink, is_new_folder, print};
+use anyhow::{Result, bail};
 use slicestack::picture::Format;
 use slicestack::study::{LESSONS, Lesson};
-use std::fs;
 use std::path::PathBuf;
 
 /// What `lesson` takes.
@@ -34,15 +33,15 @@ pub(super) fn run(args: &LessonArgs) -> Result<()> {
         bail!(Usage(format!("lesson {name}: there is none; there are {}", names.join(", "))));
     };
     let folder = &args.output;
-    let new = is_new_folder(folder, "--output")?;
+    is_new_folder(folder, "--output")?;
     let picture = folder.join(lesson.file_name());
     let sink = Sink::File(picture.clone());
     sink.spare("picture", |start| Format::of_start(start) == Some(Format::Png), &[])?;
     let shown = lesson.run()?;
-    if new {
-        fs::create_dir(folder).with_context(|| folder.display().to_string())?;
-    }
-    sink.write(&shown.picture)?;
+    let mut outputs = Outputs::default();
+    outputs.folder(folder)?;
+    outputs.add(&sink, &shown.picture)?;
+    outputs.finish()?;
     print(format!("{}picture: {}\n", shown.told, picture.display()).as_bytes())
 }
 

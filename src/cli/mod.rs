@@ -24,6 +24,7 @@ mod saved;
 mod scene;
 mod schema;
 mod show;
+mod signals;
 mod slices;
 mod stats;
 mod tf;
@@ -130,6 +131,11 @@ pub(crate) fn run() -> ExitCode {
         Ok(cli) => cli,
         Err(e) => return told(&e),
     };
+    if let Err(e) = signals::catch() {
+        complain("error", &format!("signals: {e}"));
+        return ExitCode::FAILURE;
+    }
+    slicestack::files::remember_reads();
     let done = match cli.verb {
         Verb::Render(args) => render::run(&args),
         Verb::Slices(args) => slices::run(&args),
@@ -153,6 +159,10 @@ pub(crate) fn run() -> ExitCode {
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(e) => {
+            // Whatever fails after a signal does so because of it.
+            if let Some(status) = signals::ended() {
+                return status;
+            }
             complain("error", &chain(&e));
             // What a flag says cannot be: the library's line begins with the flag.
             let of_a_flag = |e: &slicestack::Error| matches!(e, slicestack::Error::Invalid(what) if what.starts_with("--"));
@@ -181,9 +191,18 @@ fn chain(e: &anyhow::Error) -> String {
 /// Help goes out as it is; a mistake becomes one line.
 fn told(e: &clap::Error) -> ExitCode {
     if !e.use_stderr() || e.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
-        // Nobody is left to tell when printing fails.
-        drop(e.print());
-        return ExitCode::from(if e.use_stderr() { 2 } else { 0 });
+        if e.use_stderr() {
+            // Nobody is left to tell when printing fails.
+            drop(e.print());
+            return ExitCode::from(2);
+        }
+        return match e.print() {
+            Err(fault) if fault.kind() != std::io::ErrorKind::BrokenPipe => {
+                complain("error", &format!("stdout: {fault}"));
+                ExitCode::FAILURE
+            }
+            _ => ExitCode::SUCCESS,
+        };
     }
     let text = e.render().to_string();
     let lines = text.lines().map(str::trim).take_while(|l| !l.starts_with("Usage:") && !l.starts_with("For more information"));
@@ -192,9 +211,32 @@ fn told(e: &clap::Error) -> ExitCode {
     ExitCode::from(2)
 }
 
-/// One line on stderr, whatever `text` holds.
+/// Most characters of an error: what follows helps nobody.
+const LONGEST: usize = 400;
+
+/// One line on stderr, whatever `text` holds; errors have at most [`LONGEST`] characters.
 fn complain(kind: &str, text: &str) {
-    let text: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
-    // In one piece: other commands of a pipe may write at the same time. Where nobody listens nothing is lost.
-    let _ = std::io::Write::write_all(&mut std::io::stderr(), format!("{kind}: {text}\n").as_bytes());
+    let mut text: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+    let most = LONGEST - kind.len() - 2;
+    if kind == "error" && text.chars().count() > most {
+        text = shortened(&text, most);
+    }
+    tell!("{kind}: {text}");
 }
+
+/// The two ends of `text`, `most` characters of it: at the start stands the file, at the end what is wrong with it.
+fn shortened(text: &str, most: usize) -> String {
+    let all: Vec<char> = text.chars().collect();
+    let start = most / 2;
+    let end = all.len() - (most - start - 3);
+    all[..start].iter().chain(&['.'; 3]).chain(&all[end..]).collect()
+}
+
+/// Writes a line to stderr: as `eprintln`, but where nobody listens, or stderr is full, nothing is lost.
+macro_rules! tell {
+    ($($words:tt)*) => {
+        // In one piece: other commands of a pipe may write at the same time.
+        drop(std::io::Write::write_all(&mut std::io::stderr(), (format!($($words)*) + "\n").as_bytes()))
+    };
+}
+use tell;

@@ -1,12 +1,14 @@
 //! Frames one after the other: where they go, and how far they have come.
 
 use super::output::{Sink, is_picture};
-use super::progress::{Bar, Phase, enter, rendered};
+use super::progress::Bar;
 use super::scene::level;
+use super::signals::go_on;
 use super::{Usage, complain};
 use anyhow::{Context, Result, bail};
 use sha2::{Digest, Sha256};
-use slicestack::picture::{Animated, AnimatedFormat, Depth, Format, write_whole};
+use slicestack::files::write_whole;
+use slicestack::picture::{Animated, AnimatedFormat, Depth, Format};
 use slicestack::{Limits, Progress, Renderer, Scene, Settings, Volume};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -117,7 +119,6 @@ impl Movie {
     pub(super) fn make(self, scenes: &[Scene], volume: &Volume) -> Result<()> {
         let Self { into, per_second, settings, frames } = self;
         frames.total.store(scenes.len() as u64, Ordering::Relaxed);
-        enter(Phase::Rendering);
         let mut renderer = Renderer::new(volume, settings);
         let clear = scenes.iter().any(|s| s.background().alpha < 1.0);
         if clear && matches!(into, Into::File(_, AnimatedFormat::Gif)) {
@@ -125,6 +126,7 @@ impl Movie {
         }
         match &into {
             Into::File(sink, format) => {
+                sink.spare_read()?;
                 let size = scenes.first().map_or((1, 1), Scene::size);
                 let mut animated = Animated::new(*format, size, scenes.len() as u32, per_second)?;
                 for scene in scenes {
@@ -132,9 +134,8 @@ impl Movie {
                     frames.next();
                 }
                 frames.clear();
-                rendered()?;
+                go_on()?;
                 let bytes = animated.finish()?;
-                enter(Phase::Writing);
                 sink.write(&bytes)?;
             }
             Into::Folder(folder) => {
@@ -147,10 +148,9 @@ impl Movie {
                     frames.next();
                 }
                 frames.clear();
-                rendered()?;
+                go_on()?;
             }
         }
-        enter(Phase::Idle);
         Ok(())
     }
 }

@@ -1,10 +1,11 @@
 //! Where results go: a file that appears whole, or stdout.
 
 use super::Usage;
-use super::progress::{Phase, enter};
+use super::signals::go_on;
 use anyhow::{Context, Result, bail};
 use slicestack::Plane;
-use slicestack::picture::{Depth, Format, write_whole};
+use slicestack::files::{Staged, check, was_read};
+use slicestack::picture::{Depth, Format};
 use std::fs::File;
 use std::io::{ErrorKind, Read, Write, stdout};
 use std::path::{Path, PathBuf};
@@ -20,16 +21,29 @@ impl Sink {
     /// The sink that `path` names.
     ///
     /// # Errors
-    /// When its directory is not there: better told before a long rendering than after.
+    /// When no file can be written there: better told before a long rendering than after.
     pub(super) fn new(path: &Path) -> Result<Self> {
         if path == Path::new("-") {
+            anyhow::ensure!(!is_closed(), "stdout: is closed: nothing can be written there");
             return Ok(Self::Stdout);
         }
         check_parent(path)?;
         if path.is_dir() {
             bail!("{}: is a directory", path.display());
         }
+        check(path)?;
         Ok(Self::File(path.to_path_buf()))
+    }
+
+    /// Refuses to replace a file that was read, by whatever name.
+    ///
+    /// # Errors
+    /// [`Usage`] naming it.
+    pub(super) fn spare_read(&self) -> Result<()> {
+        match self {
+            Self::File(path) if was_read(path) => bail!(Usage(format!("{}: would overwrite a part of the input", path.display()))),
+            _ => Ok(()),
+        }
     }
 
     /// Refuses to replace what is not of `kind`: an input by a slip of the hand, or any file whose first bytes `is` does not know.
@@ -59,23 +73,59 @@ impl Sink {
     /// Writes all of `bytes`, or nothing.
     ///
     /// # Errors
-    /// When the file or stdout cannot be written.
+    /// As [`Outputs::finish`].
     pub(super) fn write(&self, bytes: &[u8]) -> Result<()> {
-        match self {
-            Self::File(path) => Ok(write_whole(path, bytes)?),
-            Self::Stdout => {
-                // Whoever reads may take for ever: there is no file to finish.
-                enter(Phase::Idle);
-                print(bytes)
-            }
-        }
+        let mut outputs = Outputs::default();
+        outputs.add(self, bytes)?;
+        outputs.finish()
     }
 }
 
-/// Whether a folder for results is still to be made at `path`, which the flag `flag` names.
+/// All results of a command: they appear together at its end, or none does and every earlier file is as it was.
+#[derive(Default)]
+pub(super) struct Outputs {
+    staged: Staged,
+    stdout: Vec<Vec<u8>>,
+}
+
+impl Outputs {
+    /// Makes the folder `path`, unless it is there; it goes again with a failure.
+    ///
+    /// # Errors
+    /// Where none can be made.
+    pub(super) fn folder(&mut self, path: &Path) -> Result<()> {
+        Ok(self.staged.folder(path)?)
+    }
+
+    /// `bytes` for `sink`.
+    ///
+    /// # Errors
+    /// Where they cannot be written beside the file, and for a file that was read.
+    pub(super) fn add(&mut self, sink: &Sink, bytes: &[u8]) -> Result<()> {
+        go_on()?;
+        sink.spare_read()?;
+        match sink {
+            Sink::File(path) => self.staged.add(path, bytes)?,
+            Sink::Stdout => self.stdout.push(bytes.to_vec()),
+        }
+        Ok(())
+    }
+
+    /// Puts everything where it belongs.
+    ///
+    /// # Errors
+    /// When stdout, a device or a file cannot be written; then no file was replaced.
+    pub(super) fn finish(self) -> Result<()> {
+        self.stdout.iter().try_for_each(|bytes| print(bytes))?;
+        Ok(self.staged.finish()?)
+    }
+}
+
+/// Finds out whether `path`, which the flag `flag` names, is a folder for results that files can be written into, or can become one; tells whether it
+/// is still to be made.
 ///
 /// # Errors
-/// [`Usage`] for `-`; for a file, and where no folder can be made.
+/// [`Usage`] for `-`; for a file, and where nothing can be written.
 pub(super) fn is_new_folder(path: &Path, flag: &str) -> Result<bool> {
     if path == Path::new("-") {
         bail!(Usage(format!("{flag} -: results go into a folder; give its name")));
@@ -84,7 +134,12 @@ pub(super) fn is_new_folder(path: &Path, flag: &str) -> Result<bool> {
         bail!("{}: is a file, not a folder", path.display());
     }
     check_parent(path)?;
-    Ok(!path.exists())
+    if path.exists() {
+        check(&path.join(".slicestack")).with_context(|| path.display().to_string())?;
+        return Ok(false);
+    }
+    check(path)?;
+    Ok(true)
 }
 
 /// # Errors
@@ -155,6 +210,15 @@ pub(super) fn print(bytes: &[u8]) -> Result<()> {
         Err(e) if e.kind() == ErrorKind::BrokenPipe => Ok(()),
         done => done.context("stdout"),
     }
+}
+
+/// Whether the command was started with stdout closed. The standard library then opens `/dev/null` in its place, to read and to write; a shell's
+/// `>/dev/null` is opened to write alone. Known on Linux.
+fn is_closed() -> bool {
+    let flags = std::fs::read_to_string("/proc/self/fdinfo/1").unwrap_or_default();
+    let flags = flags.lines().find_map(|line| u32::from_str_radix(line.strip_prefix("flags:")?.trim(), 8).ok());
+    let is_null = || std::fs::read_link("/proc/self/fd/1").is_ok_and(|to| to == Path::new("/dev/null"));
+    flags.is_some_and(|flags| flags & 3 == 2) && is_null()
 }
 
 /// Format and depth of a picture for `sink`.

@@ -1,64 +1,14 @@
-//! The bar on a terminal, and Ctrl-C.
+//! The bar on a terminal.
 
+use super::signals::is_stopped;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use slicestack::Progress;
 use std::io::{IsTerminal, stderr};
-use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Work shorter than this shows no bar.
 const PATIENCE: Duration = Duration::from_secs(1);
-
-/// What Ctrl-C meets.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(u8)]
-pub(super) enum Phase {
-    /// Reading: nothing to tidy up, the process ends at once.
-    Idle = 0,
-    /// Rendering: the work is asked to stop; a second Ctrl-C ends the process.
-    Rendering = 1,
-    /// Writing: the file is finished first.
-    Writing = 2,
-    /// Writing a large file: the work is asked to stop, and takes away what is there of it.
-    Streaming = 3,
-}
-
-static PHASE: AtomicU8 = AtomicU8::new(Phase::Idle as u8);
-static STOP: AtomicBool = AtomicBool::new(false);
-
-/// Says what is going on from here.
-pub(super) fn enter(phase: Phase) {
-    PHASE.store(phase as u8, Ordering::SeqCst);
-}
-
-/// Makes Ctrl-C (and SIGTERM) stop cleanly.
-///
-/// # Errors
-/// When the system refuses the handler.
-pub(super) fn catch_signals() -> anyhow::Result<()> {
-    ctrlc::set_handler(|| {
-        let again = STOP.swap(true, Ordering::SeqCst);
-        let phase = PHASE.load(Ordering::SeqCst);
-        let tidies_up = phase == Phase::Writing as u8 || phase == Phase::Streaming as u8;
-        if tidies_up || (phase == Phase::Rendering as u8 && !again) {
-            return;
-        }
-        super::complain("error", "stopped");
-        std::process::exit(1);
-    })?;
-    Ok(())
-}
-
-/// Work is over, and nothing is written yet: from here Ctrl-C ends the process at once, and so does one that came just before.
-///
-/// # Errors
-/// In that case.
-pub(super) fn rendered() -> anyhow::Result<()> {
-    enter(Phase::Idle);
-    anyhow::ensure!(!STOP.load(Ordering::SeqCst), "stopped");
-    Ok(())
-}
 
 /// A bar on stderr where that is a terminal; everywhere: the ear for Ctrl-C.
 pub(super) struct Bar {
@@ -106,6 +56,6 @@ impl Progress for Bar {
     }
 
     fn is_stopped(&self) -> bool {
-        STOP.load(Ordering::Relaxed)
+        is_stopped()
     }
 }

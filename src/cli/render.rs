@@ -1,11 +1,12 @@
 //! `slicestack render`.
 
-use super::output::{Sink, encoding, is_picture, is_plane, is_statistics, print};
-use super::progress::{Bar, Phase, catch_signals, enter, rendered};
+use super::output::{Outputs, Sink, encoding, is_picture, is_plane, is_statistics, print};
+use super::progress::Bar;
 use super::saved::{SavedScene, is_saved_scene};
 use super::scene::{SceneArgs, level, load};
+use super::signals::go_on;
 use super::stats::{self, Clock};
-use super::{Usage, complain, show};
+use super::{Usage, complain, show, tell};
 use anyhow::{Result, bail};
 use clap::builder::{PossibleValue, PossibleValuesParser};
 use slicestack::annotate::{annotate, check};
@@ -118,7 +119,6 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
             bail!(Usage(format!("--save-scene {}: something else goes there already", saved.path.display())));
         }
     }
-    catch_signals()?;
 
     let scene_file = text.open(&overrides)?;
     let annotations = scene_file.annotations();
@@ -146,6 +146,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
         }
     }
     let volume = load(scene_file.volume(), &settings.limits)?;
+    sink.spare_read()?;
     clock.load = start.elapsed().as_secs_f64();
     // Presets look at the voxels, and keep what they found for the frame.
     let start = Instant::now();
@@ -153,7 +154,6 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
     clock.prepare = start.elapsed().as_secs_f64();
 
     check(&annotations, &scene)?;
-    enter(Phase::Rendering);
     let mut renderer = Renderer::new(&volume, settings);
     let (mut picture, mut stats, seen) = renderer.render_with(&scene, &planes.wanted)?;
     clock.prepare += stats.prepare_seconds;
@@ -172,7 +172,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
     }
     warnings.iter().for_each(|w| complain("warning", w));
 
-    rendered()?;
+    go_on()?;
     let start = Instant::now();
     let metadata = if args.no_metadata || !format.carries_metadata() || annotated.is_some() {
         Metadata::new()
@@ -191,31 +191,28 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
         saved.map(|saved| Ok::<_, anyhow::Error>((saved.text(&scene, scene_file.volume(), &annotations)?, saved.sink))).transpose()?;
     let plane_bytes = seen.iter().map(|plane| plane.encode(planes.format)).collect::<Result<Vec<_>, _>>()?;
     clock.encode = start.elapsed().as_secs_f64();
-    enter(Phase::Writing);
-    sink.write(&bytes)?;
-    for (written, (to, bytes)) in planes.sinks.iter().zip(&plane_bytes).enumerate() {
-        to.write(bytes).inspect_err(|_| planes.sinks[..written].iter().chain([&sink]).for_each(forget))?;
-    }
+    let mut outputs = Outputs::default();
+    outputs.add(&sink, &bytes)?;
+    planes.sinks.iter().zip(&plane_bytes).try_for_each(|(to, bytes)| outputs.add(to, bytes))?;
     if let Some((text, to)) = &saved {
-        to.write(text.as_bytes()).inspect_err(|_| planes.sinks.iter().chain([&sink]).for_each(forget))?;
+        outputs.add(to, text.as_bytes())?;
     }
     if let Some(stats_sink) = &stats_sink {
         let told = stats::Told { depths: scene.depths(&volume), warnings, notes };
         let text = serde_json::to_string_pretty(&stats::json(clock, &stats, &told, &picture, &volume))? + "\n";
-        stats_sink.write(text.as_bytes()).inspect_err(|_| {
-            planes.sinks.iter().chain([&sink]).chain(saved.as_ref().map(|s| &s.1)).for_each(forget);
-        })?;
+        outputs.add(stats_sink, text.as_bytes())?;
     }
+    outputs.finish()?;
     if args.show {
         let png = picture.encode(Format::Png, Depth::Eight)?;
         let protocol = show::Protocol::of(|name| std::env::var(name).ok());
         print(show::shown(&picture, &png, protocol, show::size()).as_bytes())?;
     }
     if let Some(error) = stats.error_estimate.filter(|_| args.estimate) {
-        eprintln!("estimated RMS error of the colours: {error:.2e} in {}", stats::counted(stats.slices, "slice"));
+        tell!("estimated RMS error of the colours: {error:.2e} in {}", stats::counted(stats.slices, "slice"));
     }
     if args.repeat > 1 {
-        eprintln!(
+        tell!(
             "shortest of {}: {:.3} ms a picture, {:.3} ms of preparation before the first",
             args.repeat,
             1e3 * clock.render,
@@ -229,11 +226,11 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
                 Slicing::Spacing(spacing) => format!("slices {spacing} apart, half a voxel"),
                 _ => stats::counted(stats.slices, "slice"),
             };
-            eprintln!("{told}: the scene asks for no number of slices\n");
+            tell!("{told}: the scene asks for no number of slices\n");
         }
-        eprint!("{}", stats::explain(&stats, &picture));
+        tell!("{}", stats::explain(&stats, &picture).trim_end_matches('\n'));
     } else if let (Sink::File(path), true) = (&sink, stderr().is_terminal()) {
-        tell(path, format, clock);
+        tell_written(path, format, clock);
     }
     Ok(())
 }
@@ -285,17 +282,9 @@ impl Planes {
     }
 }
 
-/// A failure leaves no output behind, not even a good picture whose statistics failed.
-fn forget(sink: &Sink) {
-    if let Sink::File(path) = sink {
-        // The failure that led here is the one to report.
-        drop(std::fs::remove_file(path));
-    }
-}
-
-fn tell(path: &Path, format: Format, clock: Clock) {
+fn tell_written(path: &Path, format: Format, clock: Clock) {
     let Clock { load, prepare, render, encode } = clock;
-    eprintln!(
+    tell!(
         "{}: {} written; read {load:.2} s, prepared {prepare:.2} s, rendered {render:.2} s, encoded {encode:.2} s",
         path.display(),
         format.name()

@@ -1,11 +1,10 @@
 //! `slicestack report`.
 
-use super::output::print;
-use super::progress::{Bar, Phase, catch_signals, enter};
+use super::output::{Outputs, Sink, is_new_folder, print};
+use super::progress::Bar;
 use super::scene::{SceneArgs, level, load};
 use super::{Usage, complain};
 use anyhow::{Context, Result, bail};
-use slicestack::picture::write_whole;
 use slicestack::scene::Slicing;
 use slicestack::study::{File, METHODS, NamedMethod, Options, Record, Stability, scene_files, stability, stability_files, study};
 use slicestack::{Settings, Volume};
@@ -61,11 +60,9 @@ pub(super) fn run(args: &ReportArgs) -> Result<()> {
     }
     let (text, overrides) = args.scene.read()?;
     let folder = Folder::new(&args.output)?;
-    catch_signals()?;
     let bar = Arc::new(Bar::new());
     let settings = Settings::new().threads(args.threads.map(|n| n as usize)).level(level).limits(args.scene.limits()).progress(bar.clone());
     if args.stability {
-        enter(Phase::Rendering);
         let found = stability(&settings)?;
         bar.clear();
         folder.write(&stability_files(&found)?)?;
@@ -83,7 +80,6 @@ pub(super) fn run(args: &ReportArgs) -> Result<()> {
         // Methods are compared in slices that are counted: a tolerance would choose their number itself.
         scene = scene.with_slices(Slicing::Count(256))?;
     }
-    enter(Phase::Rendering);
     let found = study(&volume, &scene, &Options::new().budget(args.budget).methods(methods).settings(settings))?;
     bar.clear();
     warnings.iter().for_each(|w| complain("warning", w));
@@ -120,53 +116,31 @@ fn methods(list: Option<&str>) -> Result<Vec<&'static NamedMethod>> {
 /// The folder of a report.
 struct Folder {
     path: PathBuf,
-    /// Whether it was made for this report: a failure takes it away again.
-    made: bool,
 }
 
 impl Folder {
-    /// Makes the folder, better now than after a long study.
-    ///
     /// # Errors
     /// When it cannot be made or written to; [`Usage`] when it holds what is no report.
     fn new(path: &Path) -> Result<Self> {
-        if path.exists() && !path.is_dir() {
-            bail!("{}: is no folder", path.display());
-        }
-        let made = !path.exists();
+        let new = is_new_folder(path, "--output")?;
         let reported = || ["report.json", "stability.json"].iter().any(|name| path.join(name).is_file());
-        if !made && !reported() && fs::read_dir(path).with_context(|| path.display().to_string())?.next().is_some() {
+        if !new && !reported() && fs::read_dir(path).with_context(|| path.display().to_string())?.next().is_some() {
             bail!(Usage(format!("{}: holds other files; name an empty folder, a new one, or one of an earlier report", path.display())));
         }
-        if made {
-            fs::create_dir(path).with_context(|| path.display().to_string())?;
-        }
-        let folder = Self { path: path.to_path_buf(), made };
-        let probe = path.join(format!(".slicestack-{}", std::process::id()));
-        fs::write(&probe, b"").and_then(|()| fs::remove_file(&probe)).with_context(|| path.display().to_string())?;
-        Ok(folder)
+        Ok(Self { path: path.to_path_buf() })
     }
 
-    /// Writes the files.
+    /// Writes the files, all or none.
     ///
     /// # Errors
     /// When one cannot be written.
     fn write(&self, files: &[File]) -> Result<()> {
-        enter(Phase::Writing);
+        let mut outputs = Outputs::default();
+        outputs.folder(&self.path)?;
         for file in files {
-            write_whole(&self.path.join(&file.name), &file.bytes)?;
+            outputs.add(&Sink::File(self.path.join(&file.name)), &file.bytes)?;
         }
-        enter(Phase::Rendering);
-        Ok(())
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        // Removes it only where it is empty: after a failure, never after a report.
-        if self.made {
-            drop(fs::remove_dir(&self.path));
-        }
+        outputs.finish()
     }
 }
 

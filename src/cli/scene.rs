@@ -95,7 +95,7 @@ impl SceneArgs {
     /// [`Usage`] for a flag that cannot be meant.
     pub(super) fn read(&self) -> Result<(SceneText<'_>, Overrides)> {
         let mut overrides = Overrides::default();
-        let text = if self.names_a_volume() { scene_of(self.input.as_deref(), &mut overrides)? } else { SceneText::Text(DEFAULT_SCENE) };
+        let text = if self.names_a_volume() { scene_of(self.input.as_deref(), &mut overrides) } else { SceneText::Text(DEFAULT_SCENE) };
         shorthands(self, &mut overrides)?;
         self.flags.apply(&mut overrides)?;
         Ok((text, overrides))
@@ -147,20 +147,16 @@ pub(super) fn load(source: &VolumeSource, limits: &Limits) -> Result<Volume> {
 
 /// The scene that `input` names: a scene file by its name, else a volume, which is set in `overrides`; without an input,
 /// an empty scene for flags to fill.
-///
-/// # Errors
-/// [`Usage`] for a name that is no text.
-pub(super) fn scene_of<'a>(input: Option<&'a Path>, overrides: &mut Overrides) -> Result<SceneText<'a>> {
-    let Some(path) = input else { return Ok(SceneText::Text("")) };
+pub(super) fn scene_of<'a>(input: Option<&'a Path>, overrides: &mut Overrides) -> SceneText<'a> {
+    let Some(path) = input else { return SceneText::Text("") };
     // The metadata of a Zarr ends like a scene.
     let zarr = path.file_name().is_some_and(|n| n == "zarr.json");
     let scene = !zarr && path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml") || e.eq_ignore_ascii_case("json"));
     if scene {
-        return Ok(SceneText::File(path));
+        return SceneText::File(path);
     }
-    let Some(name) = path.to_str() else { bail!(Usage(format!("{}: the name is not UTF-8", path.display()))) };
-    overrides.set("volume.path", name);
-    Ok(SceneText::Text(""))
+    overrides.set_volume(path);
+    SceneText::Text("")
 }
 
 /// The vector level called `name`; `None` for the fastest.

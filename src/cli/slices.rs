@@ -2,9 +2,9 @@
 
 use super::flags::VolumeFlags;
 use super::output::{Sink, encoding, is_picture};
-use super::progress::{Phase, catch_signals, enter, rendered};
 use super::scene::{ReadingArgs, background, load, scene_of, sides};
-use super::{Usage, complain};
+use super::signals::go_on;
+use super::{Usage, complain, tell};
 use anyhow::{Result, bail};
 use clap::builder::PossibleValuesParser;
 use slicestack::Volume;
@@ -226,9 +226,8 @@ pub(super) fn run(args: &SlicesArgs) -> Result<()> {
     if args.input.is_none() && !args.flags.any() {
         bail!(Usage("slices: name a volume file".into()));
     }
-    catch_signals()?;
     let mut overrides = Overrides::default();
-    let text = scene_of(args.input.as_deref(), &mut overrides)?;
+    let text = scene_of(args.input.as_deref(), &mut overrides);
     args.flags.apply(&mut overrides)?;
     let source = text.open(&overrides)?;
     if let Some(path) = source.volume().path() {
@@ -267,13 +266,11 @@ pub(super) fn run(args: &SlicesArgs) -> Result<()> {
     if drawn.picture.pixels().iter().all(|p| *p == drawn.picture.pixels()[0]) {
         complain("warning", &format!("the picture is of one colour: {}", beside(&drawn, volume.grid())));
     }
-    rendered()?;
+    go_on()?;
     let bytes = picture.encode(format, depth)?;
-    enter(Phase::Writing);
     sink.write(&bytes)?;
-    enter(Phase::Idle);
     let seen = drawn.window.map_or_else(|| "colours as they are".to_owned(), |window| format!("window {}{why}", centre_and_width(window)));
-    eprintln!("{}; {seen}", said(plan.orientation, &drawn));
+    tell!("{}; {seen}", said(plan.orientation, &drawn));
     Ok(())
 }
 

@@ -2,7 +2,6 @@
 
 use super::flags::VolumeFlags;
 use super::output::{Sink, print};
-use super::progress::catch_signals;
 use super::scene::{ReadingArgs, load, scene_of};
 use super::{Usage, complain};
 use anyhow::{Result, bail};
@@ -124,7 +123,6 @@ pub(super) fn run(args: &TfArgs) -> Result<()> {
     let sink = Sink::new(&args.output)?;
     let inputs: Vec<&Path> = args.volume.as_deref().into_iter().chain([args.source.as_path()]).collect();
     sink.spare("transfer function like that", output.like(), &inputs)?;
-    catch_signals()?;
     let source = Source::of(args)?;
     let volume = volume(args, &source, output)?;
     let FoundTransfer { mut transfer, lighting, mut warnings, .. } = source.found(volume.as_ref())?;
@@ -169,7 +167,7 @@ fn volume(args: &TfArgs, source: &Source, output: Output) -> Result<Option<Volum
     let limits = args.reading.limits();
     if args.volume.is_some() || args.flags.any() {
         let mut overrides = Overrides::default();
-        let text = scene_of(args.volume.as_deref(), &mut overrides)?;
+        let text = scene_of(args.volume.as_deref(), &mut overrides);
         args.flags.apply(&mut overrides)?;
         return Ok(Some(load(text.open(&overrides)?.volume(), &limits)?));
     }

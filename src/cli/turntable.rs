@@ -2,7 +2,6 @@
 
 use super::complain;
 use super::movie::{Movie, MovieArgs};
-use super::progress::catch_signals;
 use super::scene::{SceneArgs, load};
 use anyhow::Result;
 use slicestack::Scene;
@@ -33,7 +32,6 @@ pub(super) fn run(args: &TurntableArgs) -> Result<()> {
     let (text, overrides) = args.scene.read()?;
     let inputs: Vec<&Path> = args.scene.input.as_deref().into_iter().collect();
     let movie = Movie::new(&args.movie, args.scene.limits(), &inputs)?;
-    catch_signals()?;
     let scene_file = text.open(&overrides)?;
     movie.spare(scene_file.volume().path())?;
     let volume = load(scene_file.volume(), movie.limits())?;

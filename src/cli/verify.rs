@@ -1,8 +1,9 @@
 //! `slicestack verify`: a picture's scene, rendered again.
 
 use super::output::print;
-use super::progress::{Bar, Phase, catch_signals, enter, rendered};
+use super::progress::Bar;
 use super::scene::ReadingArgs;
+use super::signals::go_on;
 use super::{Differs, complain};
 use anyhow::{Result, bail};
 use slicestack::Settings;
@@ -49,10 +50,8 @@ fn width(text: &str) -> Result<f64, String> {
 }
 
 pub(super) fn run(args: &VerifyArgs) -> Result<()> {
-    catch_signals()?;
     let bar = Arc::new(Bar::new());
     let settings = Settings::new().limits(args.reading.limits()).progress(bar.clone());
-    enter(Phase::Rendering);
     let mut inputs = Inputs::new();
     (inputs.volume, inputs.labels) = (args.volume.clone(), args.labels.clone());
     let (verdict, bounded) = match args.proof {
@@ -63,7 +62,7 @@ pub(super) fn run(args: &VerifyArgs) -> Result<()> {
         }
     };
     bar.clear();
-    rendered()?;
+    go_on()?;
     let lines = verdict.lines();
     // What is proven of the rendering says nothing about a picture that is another.
     let told = |line: &String| verdict.is_same() || !line.starts_with("tolerance");

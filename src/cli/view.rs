@@ -1,9 +1,9 @@
 //! `slicestack view`.
 
 use super::output::print;
-use super::progress::catch_signals;
 use super::scene::{SceneArgs, load};
-use super::{complain, export};
+use super::signals::serve;
+use super::{complain, export, tell};
 use anyhow::{Context, Result};
 use clap::Parser;
 use slicestack::scene::SceneFile;
@@ -49,7 +49,6 @@ The scene takes the same flags as in `slicestack render`.";
 pub(super) fn run(args: &ViewArgs) -> Result<()> {
     let settings = Settings::new().threads(args.threads.map(|n| n as usize)).limits(args.scene.limits());
     if let Some(folder) = &args.export {
-        catch_signals()?;
         return export::run(folder, args.views, &args.scene, settings);
     }
     let (text, overrides) = args.scene.read()?;
@@ -64,12 +63,13 @@ pub(super) fn run(args: &ViewArgs) -> Result<()> {
     server.warnings().iter().for_each(|warning| complain("warning", warning));
     let (url, port) = (server.url(), server.port());
     print(format!("{url}\n").as_bytes())?;
-    eprintln!("Ctrl-C ends the view. From another machine: ssh -L {port}:127.0.0.1:{port} HOST, then open the address there.");
+    tell!("Ctrl-C ends the view. From another machine: ssh -L {port}:127.0.0.1:{port} HOST, then open the address there.");
     if !args.no_browser && has_display() {
         if let Err(e) = browse(&url) {
             complain("note", &format!("no browser could be opened ({e}): open the address above"));
         }
     }
+    serve();
     server.wait();
     Ok(())
 }

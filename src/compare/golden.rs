@@ -1,7 +1,8 @@
 //! Pictures on record for the tests of a crate: see [`assert_golden`](crate::assert_golden).
 
 use super::{Comparison, Tolerance, difference_map};
-use crate::picture::{Depth, Format, write_whole};
+use crate::files::write_whole;
+use crate::picture::{Depth, Format};
 use crate::{Picture, Result};
 use std::path::{Path, PathBuf};
 

@@ -1,7 +1,7 @@
 //! Pictures to files.
 
-use super::file::write_whole;
 use super::{Depth, Format, Picture, npy, png, tiff};
+use crate::files::write_whole;
 use crate::{Error, Result};
 use image::codecs::jpeg::JpegEncoder;
 use image::codecs::openexr::OpenExrEncoder;

@@ -1,36 +1,9 @@
-//! Bytes to and from files.
+//! Bytes from files.
 
 use super::format::{readable, recognized};
-use crate::{Error, Result};
-use std::fs;
-use std::io::{Error as Fault, ErrorKind, Read, Write};
+use crate::{Error, Result, files};
+use std::io::{Error as Fault, ErrorKind, Read};
 use std::path::Path;
-
-/// Writes `bytes` to `path` through a file beside it, so that `path` holds all of them or stays as it was.
-///
-/// # Errors
-/// [`Error::Io`] naming `path`.
-pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
-    let Some(name) = path.file_name() else {
-        return Err(Error::format(path, "names no file"));
-    };
-    // A device or a pipe cannot be replaced, only written to.
-    if path.exists() && !path.is_file() {
-        return fs::write(path, bytes).map_err(|e| Error::io(path, e));
-    }
-    // A link stays one: what it points to is replaced.
-    let real = if path.is_symlink() { path.canonicalize().map_err(|e| Error::io(path, e))? } else { path.to_path_buf() };
-    let mut hidden = std::ffi::OsString::from(".");
-    hidden.push(name);
-    hidden.push(format!(".{}.part", std::process::id()));
-    let part = real.with_file_name(hidden);
-    let written = fs::File::create(&part).and_then(|mut f| f.write_all(bytes)).and_then(|()| fs::rename(&part, &real));
-    written.map_err(|e| {
-        // Whatever there is of it goes; the first error is the one to report.
-        drop(fs::remove_file(&part));
-        Error::io(path, e)
-    })
-}
 
 /// The bytes of the picture file `path`. A file that is no picture by its first bytes is not read any further.
 ///
@@ -38,7 +11,7 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
 /// [`Error::Io`], [`Error::Format`] when the file is no picture, [`Error::Limit`] when it has more than `limit` bytes.
 pub(super) fn read_picture(path: &Path, limit: u64) -> Result<Vec<u8>> {
     let io = |e| Error::io(path, e);
-    let file = fs::File::open(path).map_err(io)?;
+    let file = files::open(path).map_err(io)?;
     let mut bytes = Vec::new();
     (&file).take(16).read_to_end(&mut bytes).map_err(io)?;
     if recognized(&bytes).is_none() {

@@ -36,7 +36,6 @@ pub use animated::{Animated, AnimatedFormat, MAX_FRAMES};
 #[cfg(feature = "scene-file")]
 pub(crate) use decode::picture_bytes;
 #[cfg(feature = "encoders")]
-pub use file::write_whole;
 #[cfg(feature = "encoders")]
 pub use format::{Depth, Format};
 #[cfg(feature = "encoders")]

@@ -3,7 +3,8 @@
 use super::provenance::Provenance;
 use super::verify::as_stored;
 use crate::compare::{Comparison, DIFFERENCE_SCALE, Tolerance, difference_map, flip_map};
-use crate::picture::{Depth, Format, picture_bytes, write_whole};
+use crate::files::Staged;
+use crate::picture::{Depth, Format, picture_bytes};
 use crate::reference::metrics::DEFAULT_PIXELS_PER_DEGREE;
 use crate::scene::{Overrides, SceneFile};
 use crate::{Error, Picture, Renderer, Result, Settings};
@@ -152,13 +153,15 @@ pub fn bless(folder: &Path, force: bool, settings: &Settings) -> Result<Vec<Bles
         encoded.push((record, bytes));
     }
     let mut all = Vec::new();
+    let mut staged = Staged::new();
     for (picture, bytes) in encoded {
         let changed = std::fs::read(&picture).ok().as_ref() != Some(&bytes);
         if changed {
-            write_whole(&picture, &bytes)?;
+            staged.add(&picture, &bytes)?;
         }
         all.push(Blessed { picture, changed });
     }
+    staged.finish()?;
     Ok(all)
 }
 

@@ -184,10 +184,11 @@ impl Inputs {
 /// The scene that a picture carries, read.
 pub(super) fn scene_file(scene: &str, inputs: &Inputs) -> Result<SceneFile> {
     let mut overrides = crate::scene::Overrides::default();
-    for (key, path) in [("volume.path", &inputs.volume), ("labels.path", &inputs.labels)] {
-        let Some(path) = path else { continue };
-        let Some(name) = path.to_str() else { return Err(Error::invalid(format!("{}: the name is not UTF-8", path.display()))) };
-        overrides.set(key, name);
+    if let Some(path) = &inputs.volume {
+        overrides.set_volume(path);
+    }
+    if let Some(path) = &inputs.labels {
+        overrides.set_labels(path);
     }
     SceneFile::parse(scene, "", &overrides)
 }

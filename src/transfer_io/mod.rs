@@ -142,7 +142,7 @@ pub fn read(path: &Path, name: Option<&str>) -> Result<Contents> {
 pub(crate) fn bytes_of(path: &Path) -> Result<Vec<u8>> {
     use std::io::Read;
     let mut bytes = Vec::new();
-    let file = std::fs::File::open(path).map_err(|e| Error::io(path, e))?;
+    let file = crate::files::open(path).map_err(|e| Error::io(path, e))?;
     file.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(|e| Error::io(path, e))?;
     Ok(bytes)
 }

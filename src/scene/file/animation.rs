@@ -170,13 +170,16 @@ impl Animation {
     /// As [`SceneFile::read`]; [`Error::Invalid`] where neither scene nor volume is named.
     pub fn scene_at(&self, time: f64, given: &Overrides) -> Result<SceneFile> {
         let mut overrides = self.at(time, &Overrides::default());
-        overrides.0.extend(given.0.iter().cloned());
+        overrides.keys.extend(given.keys.iter().cloned());
+        overrides.files.extend(given.files.iter().cloned());
         match (&self.scene, &self.volume) {
             (Some(scene), _) => SceneFile::read(scene, &overrides),
             (None, Some(volume)) => {
-                let name = volume.to_str().ok_or_else(|| Error::invalid(format!("{}: the name is not UTF-8", volume.display())))?;
-                overrides.0.insert(0, ("volume.path".into(), name.into()));
-                SceneFile::parse("", "", &overrides)
+                let mut all = Overrides::default();
+                all.set_volume(volume);
+                all.keys.append(&mut overrides.keys);
+                all.files.append(&mut overrides.files);
+                SceneFile::parse("", "", &all)
             }
             (None, None) => SceneFile::parse("", "", &overrides),
         }
@@ -257,7 +260,7 @@ mod tests {
     ";
 
     fn set(overrides: &Overrides, path: &str) -> Option<String> {
-        overrides.0.iter().find(|(p, _)| p == path).map(|(_, text)| text.clone())
+        overrides.keys.iter().find(|(p, _)| p == path).map(|(_, text)| text.clone())
     }
 
     #[test]

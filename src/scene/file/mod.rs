@@ -122,13 +122,41 @@ fn rivals() -> impl Iterator<Item = &'static Rivals> {
 
 /// Keys given beside the file, usually by flags: they win over the file's.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Overrides(Vec<(String, String)>);
+pub struct Overrides {
+    keys: Vec<(String, String)>,
+    /// Names of files that no text can hold: their keys, and the text that stands for each among `keys`.
+    files: Vec<(&'static str, String, PathBuf)>,
+}
 
 impl Overrides {
+    /// Sets `volume.path` to `path`, which may have any name.
+    pub fn set_volume(&mut self, path: &Path) {
+        self.set_file("volume.path", path);
+    }
+
+    /// Sets `labels.path` to `path`, which may have any name.
+    pub fn set_labels(&mut self, path: &Path) {
+        self.set_file("labels.path", path);
+    }
+
+    fn set_file(&mut self, key: &'static str, path: &Path) {
+        let text = path.to_string_lossy();
+        if path.to_str().is_none() {
+            self.files.push((key, text.clone().into_owned(), path.to_path_buf()));
+        }
+        self.set(key, text);
+    }
+
+    /// The file whose name stands for `path` at `key`, where text could not hold it.
+    fn file(&self, key: &str, path: &Path, base: &Path) -> Option<PathBuf> {
+        let named = |(k, text, _): &&(&str, String, PathBuf)| *k == key && base.join(text) == path;
+        self.files.iter().rfind(named).map(|(_, _, file)| base.join(file))
+    }
+
     /// Sets `section.key` to `text`: plain text for keys that take words, else a number, `true`, or a list such as `1,2,3` or
     /// `[0, 1], [100, 0.5]`. Later calls win.
     pub fn set(&mut self, path: impl Into<String>, text: impl Into<String>) {
-        self.0.push((path.into(), text.into()));
+        self.keys.push((path.into(), text.into()));
     }
 }
 
@@ -171,7 +199,12 @@ impl SceneFile {
         let (source, partial) = (document.volume.source(&cx)?, document.before_data(&cx)?);
         // Whoever looks closer wants finer voxels.
         let side = f64::from(partial.size().0.min(partial.size().1));
-        let source = source.with_labels(document.labels.source(&cx)?);
+        let named = |key: &str, source: VolumeSource| match source.path().and_then(|path| overrides.file(key, path, base)) {
+            Some(file) => source.with_path(file),
+            None => source,
+        };
+        let labels = document.labels.source(&cx)?.map(|labels| named("labels.path", labels));
+        let source = named("volume.path", source).with_labels(labels);
         let source = source.with_pixels((side * document.camera.zoom().max(1.0)).min(f64::from(u32::MAX)) as u32);
         Ok(Self { base: base.to_path_buf(), source, partial, document, places })
     }
@@ -285,7 +318,7 @@ pub struct ResolvedScene {
 fn text_of_file(path: &Path, most: u64) -> Result<String> {
     use std::io::Read;
     let mut bytes = Vec::new();
-    let file = std::fs::File::open(path).map_err(|e| Error::io(path, e))?;
+    let file = crate::files::open(path).map_err(|e| Error::io(path, e))?;
     file.take(most + 1).read_to_end(&mut bytes).map_err(|e| Error::io(path, e))?;
     if bytes.len() as u64 > most {
         return Err(Error::format(path, format!("longer than the {most} bytes a scene file may have")));

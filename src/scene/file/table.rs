@@ -242,7 +242,7 @@ pub(super) fn nearest<'a>(word: &str, words: &[&'a str]) -> Option<&'a str> {
 }
 
 fn lay_over(table: &mut Table, overrides: &Overrides, known: &[Key], places: &mut Places) -> Result<()> {
-    for (path, text) in &overrides.0 {
+    for (path, text) in &overrides.keys {
         let Some(key) = known.iter().find(|k| k.path == *path) else {
             let paths: Vec<&str> = known.iter().map(|k| k.path.as_str()).collect();
             let best = nearest(path, &paths).unwrap_or_default();

@@ -9,7 +9,7 @@ pub(super) use voxels::{Tail, room, scatter_z_fastest, too_large};
 
 use super::gzip::Members;
 use crate::settings::Limits;
-use crate::{Error, Result};
+use crate::{Error, Result, files};
 use std::fs::{File, Metadata};
 use std::io::{self, BufReader, IsTerminal, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
@@ -75,6 +75,7 @@ impl Source {
 
     /// What `file` still has to give.
     fn of_file(path: &Path, mut file: File, limits: &Limits) -> Result<Self> {
+        files::note(&file);
         let meta = file.metadata().map_err(|e| Error::io(path, e))?;
         let place = if meta.is_file() { file.stream_position().map_err(|e| Error::io(path, e))? } else { 0 };
         let (inner, left, length) = if meta.is_file() {

@@ -4,7 +4,7 @@ use super::folder::Folder;
 use super::reader::Clues;
 use super::source::Source;
 use crate::settings::Limits;
-use crate::{Error, Result};
+use crate::{Error, Result, files};
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
@@ -104,7 +104,7 @@ impl Store {
             return Err(source.fault(format!("{what} cannot be read from a pipe: give its file")));
         }
         let path = source.path().to_path_buf();
-        let file = File::open(&path).map_err(|e| Error::io(&path, e))?;
+        let file = files::open(&path).map_err(|e| Error::io(&path, e))?;
         let length = file.metadata().map_err(|e| Error::io(&path, e))?.len();
         Ok(Places { path, file, length, limits: *source.limits() })
     }
@@ -172,7 +172,7 @@ impl Places {
     /// # Errors
     /// When the file cannot be opened once more.
     pub(super) fn stream(&self, at: u64, count: u64) -> Result<impl Read + use<>> {
-        let mut file = File::open(&self.path).map_err(|e| Error::io(&self.path, e))?;
+        let mut file = files::open(&self.path).map_err(|e| Error::io(&self.path, e))?;
         file.seek(SeekFrom::Start(at)).map_err(|e| Error::io(&self.path, e))?;
         Ok(BufReader::with_capacity(1 << 16, file.take(count)))
     }

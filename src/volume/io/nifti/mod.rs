@@ -29,17 +29,15 @@ pub(super) const READER: Reader = Reader {
 
 /// `x.img` for `x.hdr` (`[from, to]` = `["hdr", "img"]`) or the other way round, with `.gz` and capitals kept.
 fn pair_of(path: &Path, [from, to]: [&str; 2]) -> Option<PathBuf> {
-    let name = path.file_name()?.to_str()?;
-    let (stem, gz) = match name.strip_suffix(".gz") {
-        Some(stem) => (stem, ".gz"),
-        None => (name, ""),
-    };
-    let (stem, extension) = stem.rsplit_once('.')?;
+    let packed = path.extension()? == "gz";
+    let inner = if packed { path.with_extension("") } else { path.to_path_buf() };
+    let extension = inner.extension()?;
     if !extension.eq_ignore_ascii_case(from) {
         return None;
     }
     let to = if extension == from { to.to_owned() } else { to.to_ascii_uppercase() };
-    Some(path.with_file_name(format!("{stem}.{to}{gz}")))
+    let other = inner.with_extension(to);
+    Some(if packed { gz_twin(&other) } else { other })
 }
 
 /// The header beside the voxels `path` of a pair, where there is one; compressed or not.
@@ -50,8 +48,12 @@ fn header_of(path: &Path) -> Option<PathBuf> {
 
 /// The same name with `.gz` taken off or put on.
 fn gz_twin(path: &Path) -> PathBuf {
-    let name = path.to_string_lossy();
-    name.strip_suffix(".gz").map_or_else(|| PathBuf::from(format!("{name}.gz")), PathBuf::from)
+    if path.extension().is_some_and(|e| e == "gz") {
+        return path.with_extension("");
+    }
+    let mut name = path.as_os_str().to_owned();
+    name.push(".gz");
+    PathBuf::from(name)
 }
 
 /// The voxels beside the header `path`, compressed or not.

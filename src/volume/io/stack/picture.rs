@@ -6,9 +6,8 @@ use crate::volume::io::folder::Folder;
 use crate::volume::io::slices::{Alpha, Color, Pixels};
 use crate::volume::io::store::{Places, Store};
 use crate::volume::io::tiff::Single;
-use crate::{Error, Result};
+use crate::{Error, Result, files};
 use image::{ColorType, ImageDecoder, ImageFormat, ImageReader, Limits};
-use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 
 /// Memory that a decoder may take beside two copies of the pixels.
@@ -46,7 +45,7 @@ impl Picture {
 
     fn other(places: Places, kind: Kind, format: ImageFormat) -> Result<Self> {
         let io = |e| Error::io(places.path(), e);
-        let mut file = File::open(places.path()).map_err(io)?;
+        let mut file = files::open(places.path()).map_err(io)?;
         let mut head = Vec::new();
         (&mut file).take(32).read_to_end(&mut head).map_err(io)?;
         file.seek(SeekFrom::Start(0)).map_err(io)?;

@@ -3,7 +3,7 @@
 use crate::settings::Limits;
 use crate::volume::io::Endian;
 use crate::volume::io::store::Places;
-use crate::{Error, Result};
+use crate::{Error, Result, files};
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::ops::Range;
@@ -65,7 +65,7 @@ impl<'a> Bytes<'a> {
     /// # Errors
     /// When the file cannot be opened once more.
     pub(super) fn open(places: &'a OnDisk, endian: Endian) -> Result<Self> {
-        let file = File::open(&places.path).map_err(|e| Error::io(&places.path, e))?;
+        let file = files::open(&places.path).map_err(|e| Error::io(&places.path, e))?;
         Ok(Self { places, endian, file, start: 0, window: Vec::new() })
     }
 

@@ -21,9 +21,9 @@ mod npy;
 mod nrrd;
 mod numbers;
 mod raw;
-mod whole;
 
 use super::field::named;
+use crate::files::Whole;
 use crate::settings::Progress;
 use crate::volume::{BoxConvention, Channels, LengthUnit, Volume, VoxelType};
 use crate::{Error, Result};
@@ -34,7 +34,6 @@ use std::fmt;
 use std::io::{self, Write};
 use std::path::Path;
 use std::sync::Arc;
-use whole::Whole;
 
 /// The name that files carry of who wrote them, where their format has a place for it.
 const AUTHOR: &str = "slicestack";
@@ -209,9 +208,9 @@ pub fn write(volume: &Volume, path: impl AsRef<Path>, writing: &Writing) -> Resu
     let (format, compress) = chosen(path, writing)?;
     let writing = Writing { compress, ..writing.clone() };
     let mut file = Whole::create(path)?;
-    let packed = if file.is_new() { 0 } else { packed(volume, path, format, &writing)? };
+    let packed = if file.is_file() { 0 } else { packed(volume, path, format, &writing)? };
     let sent = encode(volume, &mut file, path, format, &writing, packed)?;
-    if let Some(at) = sent.size_at.filter(|_| file.is_new()) {
+    if let Some(at) = sent.size_at.filter(|_| file.is_file()) {
         file.put(at, metaimage::size(sent.packed).as_bytes())?;
     }
     file.finish()?;

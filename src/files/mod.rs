@@ -1,0 +1,22 @@
+//! Files of results, which appear whole or not at all, and which files were read, so that no result replaces one of them.
+//!
+//! A result is written into a temporary file beside its own name, made for it alone, and renamed once everything is there. Several results of
+//! one piece of work ([`Staged`]) are renamed together: where one of them fails, every earlier file stays as it was. Temporary files are known
+//! to the process ([`discard_unfinished`]), so that a signal can take them away.
+//!
+//! ```text
+//! bytes --> .slicestack-PID-N.part --+
+//! bytes --> .slicestack-PID-N.part --+--> all written? --> renamed, or all taken away
+//! ```
+
+mod reads;
+mod staged;
+mod unfinished;
+mod whole;
+
+#[cfg(any(feature = "formats", feature = "encoders", feature = "scene-file"))]
+pub(crate) use reads::{note, open};
+pub use reads::{remember_reads, was_read};
+pub use staged::Staged;
+pub use unfinished::discard_unfinished;
+pub use whole::{Whole, check, write_whole};
