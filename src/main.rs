@@ -2,6 +2,9 @@
 
 mod cli;
 
+#[global_allocator]
+static ALLOCATOR: slicestack::memory::OrOneLine = slicestack::memory::OrOneLine;
+
 fn main() -> std::process::ExitCode {
     cli::run()
 }

@@ -1,6 +1,7 @@
 //! How to run: threads, tiles, vector level, limits, progress. Nothing here may change a pixel.
 
-use crate::Level;
+use crate::{Error, Level, Result};
+use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -74,6 +75,9 @@ pub trait Progress: Send + Sync {
     }
 }
 
+/// Most worker threads that are started, whatever is asked for: each takes memory, and those beyond the cores only wait for each other.
+pub const MAX_THREADS: usize = 512;
+
 /// How a picture is made. No field changes a byte of it.
 ///
 /// ```
@@ -86,7 +90,7 @@ pub trait Progress: Send + Sync {
 #[derive(Clone, Default)]
 #[non_exhaustive]
 pub struct Settings {
-    /// Worker threads; `None` takes one per core.
+    /// Worker threads, of which at most [`MAX_THREADS`] are started; `None` takes one per core.
     pub threads: Option<usize>,
     /// Side of the square screen tiles that threads take in turn, in pixels; `None` lets the plan choose.
     pub tile: Option<u32>,
@@ -112,6 +116,18 @@ impl Settings {
     pub fn threads(mut self, threads: impl Into<Option<usize>>) -> Self {
         self.threads = threads.into();
         self
+    }
+
+    /// Threads to work with.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for 0 of them, and where the system does not start so many.
+    pub(crate) fn pool(&self) -> Result<ThreadPool> {
+        if self.threads == Some(0) {
+            return Err(Error::invalid("threads 0: at least one is needed"));
+        }
+        let threads = self.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from)).min(MAX_THREADS);
+        ThreadPoolBuilder::new().num_threads(threads).build().map_err(|e| Error::invalid(format!("{threads} threads: {e}")))
     }
 
     /// The settings with tiles of another side, in pixels; `None` lets the plan choose.

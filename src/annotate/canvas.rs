@@ -74,7 +74,7 @@ impl<'p> Canvas<'p> {
     pub(super) fn new(picture: &'p Picture) -> Result<Self> {
         let bytes = 4 * picture.pixels().len();
         let mut layer = Vec::new();
-        if layer.try_reserve_exact(bytes).is_err() {
+        if crate::memory::reserve(&mut layer, bytes).is_err() {
             return Err(Error::invalid(format!("annotate: {bytes} bytes, this machine does not give that much memory")));
         }
         layer.resize(bytes, 0);

@@ -81,6 +81,7 @@ pub(super) fn run(args: &InfoArgs) -> Result<()> {
     if let Some(joint) = joint {
         joint.write(&volume)?;
     }
+    go_on()?;
     // The scene's own view, or the usual one.
     let depths = source.resolve(&volume).ok().and_then(|found| found.scene.depths(&volume));
     let text =

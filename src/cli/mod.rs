@@ -135,6 +135,10 @@ pub(crate) fn run() -> ExitCode {
         complain("error", &format!("signals: {e}"));
         return ExitCode::FAILURE;
     }
+    if let Err(e) = start_threads() {
+        complain("error", &e);
+        return ExitCode::FAILURE;
+    }
     slicestack::files::remember_reads();
     let done = match cli.verb {
         Verb::Render(args) => render::run(&args),
@@ -175,6 +179,19 @@ pub(crate) fn run() -> ExitCode {
             })
         }
     }
+}
+
+/// Starts the threads that volumes are read and prepared with: as many as `RAYON_NUM_THREADS` says, or one per core.
+fn start_threads() -> Result<(), String> {
+    const NAME: &str = "RAYON_NUM_THREADS";
+    let most = slicestack::MAX_THREADS;
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let wanted = std::env::var(NAME).ok().and_then(|n| n.trim().parse::<usize>().ok()).filter(|n| *n > 0);
+    if let Some(n) = wanted.filter(|n| *n > most) {
+        complain("note", &format!("{NAME} {n}: {most} are started, the most there are"));
+    }
+    let count = wanted.unwrap_or(cores).min(most);
+    rayon::ThreadPoolBuilder::new().num_threads(count).build_global().map_err(|e| format!("{count} threads: {e}"))
 }
 
 /// An error and its causes, each told once: the library's errors hold their cause's words already.

@@ -2,7 +2,7 @@
 
 use super::output::{Sink, is_picture};
 use super::progress::Bar;
-use super::scene::level;
+use super::scene::{level, threads};
 use super::signals::go_on;
 use super::{Usage, complain};
 use anyhow::{Context, Result, bail};
@@ -24,7 +24,7 @@ pub(super) struct MovieArgs {
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=100))]
     pub(super) fps: u32,
     /// Worker threads; one per core unless given. The pictures are the same for any number.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=4096))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     threads: Option<u64>,
     /// Vector level: auto (the fastest here), scalar, wide, ...
     #[arg(long, value_name = "LEVEL", default_value = "auto")]
@@ -90,7 +90,7 @@ impl Movie {
     pub(super) fn new(args: &MovieArgs, limits: Limits, inputs: &[&Path]) -> Result<Self> {
         let frames = Arc::new(Frames::new("frame", 1));
         let settings = Settings::new()
-            .threads(args.threads.map(|n| n as usize))
+            .threads(threads(args.threads))
             .level(level(&args.simd)?)
             .limits(limits)
             .progress(Arc::clone(&frames) as Arc<dyn Progress>);

@@ -3,7 +3,7 @@
 use super::output::{Outputs, Sink, encoding, is_picture, is_plane, is_statistics, print};
 use super::progress::Bar;
 use super::saved::{SavedScene, is_saved_scene};
-use super::scene::{SceneArgs, level, load};
+use super::scene::{SceneArgs, level, load, threads};
 use super::signals::go_on;
 use super::stats::{self, Clock};
 use super::{Usage, complain, show, tell};
@@ -58,7 +58,7 @@ pub(super) struct RenderArgs {
     #[arg(long)]
     explain: bool,
     /// Worker threads; one per core unless given. The picture is the same for any number.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=4096))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     threads: Option<u64>,
     /// Side of a screen tile in pixels.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(slicestack::scene::MAX_SIDE)))]
@@ -127,7 +127,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
     }
     let bar = Arc::new(Bar::new());
     let settings = Settings::new()
-        .threads(args.threads.map(|n| n as usize))
+        .threads(threads(args.threads))
         .tile(args.tile)
         .level(settings_level)
         .limits(args.scene.limits())

@@ -2,7 +2,7 @@
 
 use super::output::{Outputs, Sink, is_new_folder, print};
 use super::progress::Bar;
-use super::scene::{SceneArgs, level, load};
+use super::scene::{SceneArgs, level, load, threads};
 use super::{Usage, complain};
 use anyhow::{Context, Result, bail};
 use slicestack::scene::Slicing;
@@ -31,7 +31,7 @@ pub(super) struct ReportArgs {
     #[arg(long, value_name = "SECONDS", default_value_t = 60.0, allow_hyphen_values = true)]
     budget: f64,
     /// Worker threads; one per core unless given.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=4096))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     threads: Option<u64>,
     /// Vector level: auto (the fastest here), scalar, wide, ...
     #[arg(long, value_name = "LEVEL", default_value = "auto")]
@@ -61,7 +61,7 @@ pub(super) fn run(args: &ReportArgs) -> Result<()> {
     let (text, overrides) = args.scene.read()?;
     let folder = Folder::new(&args.output)?;
     let bar = Arc::new(Bar::new());
-    let settings = Settings::new().threads(args.threads.map(|n| n as usize)).level(level).limits(args.scene.limits()).progress(bar.clone());
+    let settings = Settings::new().threads(threads(args.threads)).level(level).limits(args.scene.limits()).progress(bar.clone());
     if args.stability {
         let found = stability(&settings)?;
         bar.clear();

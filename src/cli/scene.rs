@@ -159,6 +159,15 @@ pub(super) fn scene_of<'a>(input: Option<&'a Path>, overrides: &mut Overrides) -
     SceneText::Text("")
 }
 
+/// As many threads as `--threads` says, as far as so many are started.
+pub(super) fn threads(given: Option<u64>) -> Option<usize> {
+    let most = slicestack::MAX_THREADS as u64;
+    if let Some(n) = given.filter(|n| *n > most) {
+        complain("note", &format!("--threads {n}: {most} are started, the most there are"));
+    }
+    given.map(|n| n.min(most) as usize)
+}
+
 /// The vector level called `name`; `None` for the fastest.
 ///
 /// # Errors

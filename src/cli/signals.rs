@@ -4,7 +4,9 @@
 //! for signals here: it takes the temporary files away first. The exit status is 128 and the signal's number, as shells have it.
 
 use super::complain;
+use slicestack::Error;
 use slicestack::files::discard_unfinished;
+use slicestack::volume::io::{cut_file, survive_cut_files};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
 use std::time::Duration;
@@ -29,11 +31,18 @@ pub(super) fn serve() {
     SERVES.store(true, Ordering::SeqCst);
 }
 
+/// Before what comes of the work is written.
+///
 /// # Errors
-/// Where a signal has come: for what is about to begin something that does not look for one itself.
+/// Where a signal has come, and where a file that was read from became shorter meanwhile.
 pub(super) fn go_on() -> anyhow::Result<()> {
-    anyhow::ensure!(!is_stopped(), slicestack::Error::Stopped);
-    Ok(())
+    anyhow::ensure!(!is_stopped(), Error::Stopped);
+    match cut_file() {
+        Some(path) => {
+            Err(Error::format(path, "was cut short by another program while it was read; --no-mmap reads it before the work").into())
+        }
+        None => Ok(()),
+    }
 }
 
 /// The exit status of a command that a signal has stopped, and the line about it; `None` where none came.
@@ -78,6 +87,7 @@ fn end(signal: i32) {
 pub(super) fn catch() -> anyhow::Result<()> {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
     use std::sync::Arc;
+    survive_cut_files()?;
     signal_hook::flag::register(SIGXFSZ, Arc::new(AtomicBool::new(false)))?;
     let mut wanted = vec![SIGINT, SIGTERM];
     if !is_ignored(SIGHUP) {

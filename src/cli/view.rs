@@ -1,7 +1,7 @@
 //! `slicestack view`.
 
 use super::output::print;
-use super::scene::{SceneArgs, load};
+use super::scene::{SceneArgs, load, threads};
 use super::signals::serve;
 use super::{complain, export, tell};
 use anyhow::{Context, Result};
@@ -24,7 +24,7 @@ pub(super) struct ViewArgs {
     #[arg(long)]
     no_browser: bool,
     /// Worker threads; one per core unless given.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=4096))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     threads: Option<u64>,
     /// Write pictures from all around into this folder, and a page that turns them without a server; made if it is not there.
     #[arg(long, value_name = "DIR", conflicts_with_all = ["port", "no_browser"])]
@@ -47,7 +47,7 @@ Examples:
 The scene takes the same flags as in `slicestack render`.";
 
 pub(super) fn run(args: &ViewArgs) -> Result<()> {
-    let settings = Settings::new().threads(args.threads.map(|n| n as usize)).limits(args.scene.limits());
+    let settings = Settings::new().threads(threads(args.threads)).limits(args.scene.limits());
     if let Some(folder) = &args.export {
         return export::run(folder, args.views, &args.scene, settings);
     }
@@ -125,6 +125,6 @@ fn browse(url: &str) -> std::io::Result<()> {
     };
     let mut child = command.arg(url).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn()?;
     // Some of them stay as long as the browser does.
-    std::thread::spawn(move || drop(child.wait()));
+    std::thread::Builder::new().spawn(move || drop(child.wait()))?;
     Ok(())
 }

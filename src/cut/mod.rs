@@ -168,7 +168,7 @@ impl Sheet {
         let (width, height) = layout.size();
         let count = width as usize * height as usize;
         // Values, pixels, and about as much again for an encoder.
-        if Vec::<[f32; 4]>::new().try_reserve_exact(3 * count).is_err() {
+        if crate::memory::reserve(&mut Vec::<[f32; 4]>::new(), 3 * count).is_err() {
             return Err(Error::invalid(format!("image {width} x {height}: this machine does not give the memory for its pixels")));
         }
         if let Some(lookup) = ColorLookup::new(volume, self.filter) {

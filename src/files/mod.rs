@@ -19,4 +19,5 @@ pub(crate) use reads::{note, open};
 pub use reads::{remember_reads, was_read};
 pub use staged::Staged;
 pub use unfinished::discard_unfinished;
+pub(crate) use unfinished::discard_unfinished_now;
 pub use whole::{Whole, check, write_whole};

@@ -32,14 +32,24 @@ pub(super) fn unfinished() -> MutexGuard<'static, Unfinished> {
 /// Takes away every temporary file of this process, and the folders made for them; waits for what is being renamed. From then on no file is
 /// begun, and none gets its name: their makers meet [`Error::Stopped`]. For a process that is about to end, by a signal for one.
 pub fn discard_unfinished() {
-    let mut all = unfinished();
-    all.discarded = true;
-    // Whoever ends the process has nothing to tell about a file that does not go.
-    std::mem::take(&mut all.files).iter().for_each(|file| drop(fs::remove_file(file)));
-    std::mem::take(&mut all.folders).iter().rev().for_each(|folder| drop(fs::remove_dir(folder)));
+    unfinished().discard();
+}
+
+/// As [`discard_unfinished`], but waits for nobody and asks for no memory: for a thread that may be in the midst of it itself.
+pub(crate) fn discard_unfinished_now() {
+    if let Ok(mut all) = UNFINISHED.try_lock() {
+        all.discard();
+    }
 }
 
 impl Unfinished {
+    fn discard(&mut self) {
+        self.discarded = true;
+        // Whoever ends the process has nothing to tell about a file that does not go.
+        std::mem::take(&mut self.files).iter().for_each(|file| drop(fs::remove_file(file)));
+        std::mem::take(&mut self.folders).iter().rev().for_each(|folder| drop(fs::remove_dir(folder)));
+    }
+
     /// A new file in `folder`, which nobody else has, and its path; its name ends with `.part`, or with another `ending`.
     ///
     /// # Errors

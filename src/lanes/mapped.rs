@@ -1,10 +1,12 @@
 //! Numbers that lie in a file, seen as a slice: the operating system brings the pages that are looked at.
 
+use super::cut_short::Watched;
 use bytemuck::Pod;
 use memmap2::{Mmap, MmapOptions};
 use std::fs::File;
 use std::io;
 use std::marker::PhantomData;
+use std::path::Path;
 use std::sync::Arc;
 
 /// A run of numbers in a mapped file; clones share the mapping.
@@ -13,8 +15,15 @@ use std::sync::Arc;
 /// The bytes are a whole number of `T`, aligned for it, and stay mapped while this lives.
 #[derive(Debug)]
 pub(crate) struct Mapped<T> {
-    map: Arc<Mmap>,
+    map: Arc<Watch>,
     kind: PhantomData<T>,
+}
+
+/// A mapping, and the watch over it, which ends first.
+#[derive(Debug)]
+struct Watch {
+    _watched: Option<Watched>,
+    map: Mmap,
 }
 
 impl<T> Clone for Mapped<T> {
@@ -24,11 +33,11 @@ impl<T> Clone for Mapped<T> {
 }
 
 impl<T: Pod> Mapped<T> {
-    /// `count` numbers from byte `first` of `file` on; `None` where they do not lie aligned or the file ends before them.
+    /// `count` numbers from byte `first` of `file` on, whose name is `path`; `None` where they do not lie aligned or the file ends before them.
     ///
     /// # Errors
     /// What the operating system says where it cannot map the file.
-    pub(crate) fn new(file: &File, first: u64, count: usize) -> io::Result<Option<Self>> {
+    pub(crate) fn new(path: &Path, file: &File, first: u64, count: usize) -> io::Result<Option<Self>> {
         let Some(bytes) = count.checked_mul(size_of::<T>()) else { return Ok(None) };
         let end = first.checked_add(bytes as u64);
         if count == 0 || first % align_of::<T>() as u64 != 0 || end.is_none_or(|end| file.metadata().is_ok_and(|m| m.len() < end)) {
@@ -36,20 +45,24 @@ impl<T: Pod> Mapped<T> {
         }
         // SAFETY: the mapping is private and only read, and any bytes are a valid `T` (`Pod`). Should another program write to the
         // file meanwhile, the numbers change as they would have before reading it; no index and no length is taken from them
-        // unchecked (lookups into tables wrap around). A file cut short meanwhile ends the process with SIGBUS, which touches no
-        // memory that is not ours; `Limits::map_bytes` says so and turns mapping off.
+        // unchecked (lookups into tables wrap around). A file cut short meanwhile reads as zeros from there on where
+        // `survive_cut_files` was called, and else ends the process with SIGBUS, which touches no memory that is not ours;
+        // `Limits::map_bytes` says so and turns mapping off.
         let map = unsafe { MmapOptions::new().offset(first).len(bytes).map_copy_read_only(file) }?;
         // All of it will be looked at soon: the system may read ahead. A hint it cannot follow changes nothing.
         #[cfg(unix)]
         drop(map.advise(memmap2::Advice::WillNeed));
         // A page starts at a multiple of any alignment here, but that is the system's word.
-        Ok(bytemuck::try_cast_slice::<u8, T>(&map).is_ok().then(|| Self { map: Arc::new(map), kind: PhantomData }))
+        Ok(bytemuck::try_cast_slice::<u8, T>(&map).is_ok().then(|| {
+            let watched = Watched::over(&map, path);
+            Self { map: Arc::new(Watch { _watched: watched, map }), kind: PhantomData }
+        }))
     }
 
     /// The numbers.
     #[inline]
     pub(crate) fn as_slice(&self) -> &[T] {
-        bytemuck::cast_slice(&self.map)
+        bytemuck::cast_slice(&self.map.map)
     }
 }
 
@@ -63,7 +76,7 @@ mod tests {
         let mut file = tempfile::tempfile().expect("file");
         let bytes: Vec<u8> = (0..200u8).collect();
         file.write_all(&bytes).expect("write");
-        let map = |first, count| Mapped::<u16>::new(&file, first, count).expect("map");
+        let map = |first, count| Mapped::<u16>::new(Path::new("numbers"), &file, first, count).expect("map");
         for (first, count) in [(0, 100), (2, 99), (198, 1), (64, 3)] {
             let mapped = map(first, count).expect("aligned and inside");
             let want: Vec<u16> = bytes[first as usize..].chunks_exact(2).map(|b| u16::from_ne_bytes([b[0], b[1]])).take(count).collect();

@@ -6,13 +6,16 @@
 //! - operations whose results differ between instruction sets outside a range (conversion to integer) state the range; NaN is quiet,
 //!   as every operation makes it, and only which NaN it is may differ;
 //! - this is the only room with `unsafe`, and what it exports is safe to call with any argument.
-#![allow(unsafe_code, reason = "vector intrinsics, unchecked loads and mapped files live here and nowhere else")]
+#![allow(unsafe_code, reason = "vector intrinsics, unchecked loads, mapped files and the allocator live here and nowhere else")]
 
+mod allocator;
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 #[cfg(all(target_arch = "x86_64", slicestack_avx512))]
 mod avx512;
 mod cells;
+#[cfg(feature = "formats")]
+mod cut_short;
 mod doubles;
 #[cfg(feature = "formats")]
 mod mapped;
@@ -28,7 +31,10 @@ mod wide;
 #[cfg(target_arch = "x86_64")]
 mod ymm;
 
+pub use allocator::OrOneLine;
 pub(crate) use cells::{Blocks, CellLoad, CornerPairs, Corners, ToF32, convert};
+#[cfg(feature = "formats")]
+pub use cut_short::{cut_file, survive_cut_files};
 #[cfg(feature = "formats")]
 pub(crate) use mapped::Mapped;
 pub use number::Number;

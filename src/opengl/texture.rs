@@ -101,7 +101,7 @@ impl Texture {
 fn texels<T: Send>(volume: &Volume, values: &Values, map: impl Fn(f64) -> T + Sync) -> Result<Vec<T>> {
     let count = volume.voxels().len();
     let mut texels = Vec::new();
-    if texels.try_reserve_exact(count).is_err() {
+    if crate::memory::reserve(&mut texels, count).is_err() {
         let bytes = count as u128 * size_of::<T>() as u128;
         return Err(Error::invalid(format!("a texture of {bytes} bytes: this machine does not give that much memory")));
     }

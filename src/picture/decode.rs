@@ -137,7 +137,7 @@ pub(super) fn pixels_of<T>(
 /// An empty vector with room for `count` elements.
 fn reserved<T>(path: &Path, count: usize) -> Result<Vec<T>> {
     let mut all = Vec::new();
-    all.try_reserve_exact(count).map_err(|_| no_memory(path, count as u64 * size_of::<T>() as u64))?;
+    crate::memory::reserve(&mut all, count).map_err(|_| no_memory(path, count as u64 * size_of::<T>() as u64))?;
     Ok(all)
 }
 

@@ -27,7 +27,7 @@ pub(super) fn read_picture(path: &Path, limit: u64) -> Result<Vec<u8>> {
         return Err(over(claimed));
     }
     // A pipe tells no length: the limit holds while it is read, too.
-    bytes.try_reserve_exact(usize::try_from(claimed).unwrap_or(usize::MAX)).map_err(|_| no_memory(path, claimed))?;
+    crate::memory::reserve(&mut bytes, usize::try_from(claimed).unwrap_or(usize::MAX)).map_err(|_| no_memory(path, claimed))?;
     let rest = limit - bytes.len() as u64;
     let read = file.take(rest.saturating_add(1)).read_to_end(&mut bytes).map_err(io)?;
     if read as u64 > rest {

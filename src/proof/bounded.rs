@@ -135,10 +135,7 @@ pub fn verify_bounded(path: &Path, inputs: &Inputs, count: u64, width: f64, sett
     };
     match settings.threads {
         None => enclose()?,
-        Some(threads) => {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-            pool.map_err(|e| Error::invalid(format!("{threads} threads: {e}")))?.install(enclose)?;
-        }
+        Some(_) => settings.pool()?.install(enclose)?,
     }
     let tolerance = match carried.scene.slicing() {
         Slicing::Tolerance(t) => Some(t),

@@ -114,7 +114,7 @@ pub fn image(scene: &Scene, volume: &Volume, region: Region) -> Result<Reference
     let rays = Rays::new(scene, volume)?;
     let (columns, rows) = (w.div_ceil(step) as usize, h.div_ceil(step) as usize);
     let mut pixels = Vec::new();
-    if pixels.try_reserve_exact(columns * rows).is_err() {
+    if crate::memory::reserve(&mut pixels, columns * rows).is_err() {
         let needed = columns as u128 * rows as u128 * size_of::<[f64; 4]>() as u128;
         return Err(Error::Limit { what: "bytes of free memory for a reference picture".into(), needed, limit: 0 });
     }

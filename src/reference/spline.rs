@@ -33,7 +33,7 @@ impl Spline {
         let dims = volume.grid().dims();
         let count: usize = dims.iter().product();
         let mut coefficients: Vec<f64> = Vec::new();
-        if coefficients.try_reserve_exact(count).is_err() {
+        if crate::memory::reserve(&mut coefficients, count).is_err() {
             let bytes = 8 * count as u128;
             return Err(Error::invalid(format!("render filter cubic: {bytes} bytes for the reference, this machine does not give them")));
         }

@@ -108,7 +108,7 @@ fn empty(aov: Aov, width: u32, height: u32) -> Result<Vec<f32>> {
     let count = width as usize * height as usize * aov.channels();
     let mut numbers = Vec::new();
     // Twice: an encoder needs about as much again.
-    numbers.try_reserve_exact(2 * count).map_err(|_| {
+    crate::memory::reserve(&mut numbers, 2 * count).map_err(|_| {
         Error::invalid(format!("aov {}: {width} x {height} pixels: this machine does not give that much memory", aov.name()))
     })?;
     let nothing = match aov {

@@ -38,7 +38,7 @@ pub use progressive::Pass;
 
 use cache::Cache;
 use job::{Clock, Output, RenderJob};
-use rayon::{ThreadPool, ThreadPoolBuilder};
+use rayon::ThreadPool;
 use std::sync::Arc;
 
 /// Sides of a tile when the settings leave it open: multiples of the block.
@@ -230,7 +230,7 @@ impl Renderer {
     fn pooled<R: Send>(&mut self, work: impl FnOnce(&mut Self) -> Result<R> + Send) -> Result<R> {
         let pool = match self.pool.take() {
             Some(pool) => pool,
-            None => make_pool(self.settings.threads)?,
+            None => self.settings.pool()?,
         };
         let result = pool.install(|| work(self));
         self.pool = Some(pool);
@@ -350,7 +350,7 @@ fn tile_side(width: u32, height: u32) -> u32 {
 fn canvas(width: u32, height: u32) -> Result<Vec<[f32; 4]>> {
     let count = width as usize * height as usize;
     // Twice the pixels: an encoder needs about as much again.
-    if Vec::<[f32; 4]>::new().try_reserve_exact(2 * count).is_err() {
+    if crate::memory::reserve(&mut Vec::<[f32; 4]>::new(), 2 * count).is_err() {
         return Err(Error::invalid(format!(
             "image {width} x {height}: {} bytes of pixels, this machine does not give that much memory",
             count as u64 * 16
@@ -358,14 +358,6 @@ fn canvas(width: u32, height: u32) -> Result<Vec<[f32; 4]>> {
     }
     // Zero from the system: the threads that fill the pixels are the first to touch them.
     Ok(vec![[0.0; 4]; count])
-}
-
-fn make_pool(threads: Option<usize>) -> Result<ThreadPool> {
-    if threads == Some(0) {
-        return Err(Error::invalid("threads 0: at least one is needed"));
-    }
-    let threads = threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
-    ThreadPoolBuilder::new().num_threads(threads).build().map_err(|e| Error::invalid(format!("{threads} threads: {e}")))
 }
 
 /// Number of slices or shells of `scene`, `spacing` apart at most.

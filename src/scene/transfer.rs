@@ -149,8 +149,11 @@ impl TransferFunction {
 
     /// Whether colour or opacity jumps at `value`.
     pub fn has_step(&self, value: f64) -> bool {
-        let twice = |count: usize| count > 1;
-        twice(self.color.iter().filter(|p| p.0 == value).count()) || twice(self.opacity.iter().filter(|p| p.0 == value).count())
+        fn is_twice<T>(points: &[(f64, T)], value: f64) -> bool {
+            let first = points.partition_point(|p| p.0 < value);
+            points.get(first + 1).is_some_and(|p| p.0 == value)
+        }
+        is_twice(&self.color, value) || is_twice(&self.opacity, value)
     }
 
     /// Whether some value in [lo, hi] has an opacity above 0.

@@ -127,25 +127,39 @@ fn line_of(text: &str, at: usize) -> usize {
 fn from_toml(text: &str, places: &mut Places) -> Result<Table> {
     let fail = |places: &Places, e: &toml::de::Error| syntax(places, line_of(text, e.span().map_or(0, |s| s.start)), e.message());
     let spans = DeTable::parse(text).map_err(|e| fail(places, &e))?;
-    note_lines(spans.get_ref(), "", text, &mut places.keys);
+    note_lines(spans.get_ref(), "", &Lines::of(text), &mut places.keys);
     toml::from_str(text).map_err(|e| fail(places, &e))
 }
 
-fn note_lines(table: &DeTable<'_>, prefix: &str, text: &str, keys: &mut BTreeMap<String, Place>) {
+/// Where the lines of a text begin.
+struct Lines(Vec<usize>);
+
+impl Lines {
+    fn of(text: &str) -> Self {
+        Self([0].into_iter().chain(text.match_indices('\n').map(|(at, _)| at + 1)).collect())
+    }
+
+    /// The line of byte `at`, counted from 1.
+    fn at(&self, at: usize) -> usize {
+        self.0.partition_point(|&start| start <= at)
+    }
+}
+
+fn note_lines(table: &DeTable<'_>, prefix: &str, lines: &Lines, keys: &mut BTreeMap<String, Place>) {
     for (name, value) in table {
         let path = format!("{prefix}{}", name.get_ref());
         match value.get_ref() {
-            DeValue::Table(inner) => note_lines(inner, &format!("{path}."), text, keys),
+            DeValue::Table(inner) => note_lines(inner, &format!("{path}."), lines, keys),
             DeValue::Array(items) => {
                 for (i, item) in items.iter().enumerate() {
                     if let DeValue::Table(inner) = item.get_ref() {
-                        note_lines(inner, &format!("{path}[{i}]."), text, keys);
+                        note_lines(inner, &format!("{path}[{i}]."), lines, keys);
                     }
                 }
             }
             _ => {}
         }
-        keys.insert(path, Place::Line(line_of(text, name.span().start)));
+        keys.insert(path, Place::Line(lines.at(name.span().start)));
     }
 }
 
@@ -155,25 +169,43 @@ fn from_json(text: &str, places: &mut Places) -> Result<Table> {
         let what = what.split(" at line ").next().unwrap_or_default();
         syntax(places, e.line(), what)
     })?;
-    let serde_json::Value::Object(sections) = &value else {
+    if !value.is_object() {
         return Err(syntax(places, 1, "a scene in JSON is one object"));
-    };
-    // serde_json keeps no positions: a key's line is that of its first mention after its section's.
-    let mention = |name: &str, from: usize| {
-        let quoted = format!("\"{name}\"");
-        let hit = text[from..].match_indices(&quoted).find(|(at, _)| text[from + at + quoted.len()..].trim_start().starts_with(':'));
-        hit.map_or(from, |(at, _)| from + at)
-    };
-    for (section, inner) in sections {
-        let start = mention(section, 0);
-        places.keys.insert(section.clone(), Place::Line(line_of(text, start)));
-        for name in inner.as_object().into_iter().flat_map(|o| o.keys()) {
-            places.keys.insert(format!("{section}.{name}"), Place::Line(line_of(text, mention(name, start))));
-        }
     }
+    note_json_lines(text, &mut places.keys);
     match json_to_toml(&value, "", places)? {
         Some(Value::Table(table)) => Ok(table),
         _ => Err(syntax(places, 1, "a scene in JSON is one object")),
+    }
+}
+
+/// Where the sections of the JSON object `text` and their keys stand: serde_json keeps no positions.
+fn note_json_lines(text: &str, keys: &mut BTreeMap<String, Place>) {
+    let bytes = text.as_bytes();
+    let (mut at, mut line, mut depth, mut section) = (0, 1, 0_usize, String::new());
+    while let Some(&byte) = bytes.get(at) {
+        let start = at;
+        at += 1;
+        match byte {
+            b'\n' => line += 1,
+            b'{' | b'[' => depth += 1,
+            b'}' | b']' => depth = depth.saturating_sub(1),
+            b'"' => {
+                while bytes.get(at).is_some_and(|&b| b != b'"') {
+                    at += if bytes[at] == b'\\' { 2 } else { 1 };
+                }
+                at += 1;
+                let is_key = depth <= 2 && text.get(at..).is_some_and(|rest| rest.trim_start().starts_with(':'));
+                if let Some(Ok(name)) = text.get(start..at).filter(|_| is_key).map(serde_json::from_str::<String>) {
+                    let path = if depth == 1 { name.clone() } else { format!("{section}.{name}") };
+                    keys.insert(path, Place::Line(line));
+                    if depth == 1 {
+                        section = name;
+                    }
+                }
+            }
+            _ => {}
+        }
     }
 }
 

@@ -76,6 +76,7 @@ mod zip;
 /// What is told of images that say nothing of sizes.
 pub(super) const NO_SIZES: &str = "The images do not say how large voxels are: 1 x 1 x 1 is taken (volume.spacing sets it).";
 
+pub use crate::lanes::{cut_file, survive_cut_files};
 pub use raw::{RawSpec, read_raw};
 pub use reading::{Choice, Item, Part, Reading};
 pub use stored::Endian;

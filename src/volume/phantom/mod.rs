@@ -133,7 +133,7 @@ impl Phantom {
         // Half a voxel: the width over which a sharp edge is spread.
         let soft = if n > 1 { 1.0 / (n - 1) as f64 } else { 1.0 };
         let mut voxels = Vec::new();
-        if voxels.try_reserve_exact(grid.voxel_count()).is_err() {
+        if crate::memory::reserve(&mut voxels, grid.voxel_count()).is_err() {
             let needed = grid.voxel_count() as u128 * T::TYPE.bytes() as u128;
             return Err(Error::Limit { what: format!("bytes of free memory for the {} phantom", self.name()), needed, limit: 0 });
         }

@@ -149,7 +149,7 @@ fn build<T: Voxel>(voxels: &[T], dims: [usize; 3], map: ToF32, prefilter: bool) 
     let [nx, ny, nz] = dims;
     let ([row, layer], len) = Coefficients::layout(dims)?;
     let mut values = Vec::new();
-    values.try_reserve_exact(len).ok()?;
+    crate::memory::reserve(&mut values, len).ok()?;
     values.resize(len, 0.0f32);
     let strides = [1, if ny > 1 { row } else { 0 }, if nz > 1 { layer } else { 0 }];
     let mut all = Coefficients { values, strides, dims: Coefficients::bordered(dims) };

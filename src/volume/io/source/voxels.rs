@@ -92,16 +92,17 @@ impl Source {
         if ((count * kind.bytes()) as u64) < self.limits.map_bytes {
             return Ok(None);
         }
+        let path = self.path();
         // A file system that cannot map can still be read.
         Ok(match kind {
-            VoxelType::U8 => mapped::<u8>(file, first, count),
-            VoxelType::I8 => mapped::<i8>(file, first, count),
-            VoxelType::U16 => mapped::<u16>(file, first, count),
-            VoxelType::I16 => mapped::<i16>(file, first, count),
-            VoxelType::U32 => mapped::<u32>(file, first, count),
-            VoxelType::I32 => mapped::<i32>(file, first, count),
-            VoxelType::F32 => mapped::<f32>(file, first, count),
-            VoxelType::F64 => mapped::<f64>(file, first, count),
+            VoxelType::U8 => mapped::<u8>(path, file, first, count),
+            VoxelType::I8 => mapped::<i8>(path, file, first, count),
+            VoxelType::U16 => mapped::<u16>(path, file, first, count),
+            VoxelType::I16 => mapped::<i16>(path, file, first, count),
+            VoxelType::U32 => mapped::<u32>(path, file, first, count),
+            VoxelType::I32 => mapped::<i32>(path, file, first, count),
+            VoxelType::F32 => mapped::<f32>(path, file, first, count),
+            VoxelType::F64 => mapped::<f64>(path, file, first, count),
         })
     }
 
@@ -246,7 +247,7 @@ fn within_limit(path: &Path, limits: &Limits, dims: [usize; 3], stored: Stored) 
 fn with_memory(path: &Path, count: usize, [x, y, z]: [usize; 3], stored: Stored) -> Result<usize> {
     let memory = count * stored.voxel_type().bytes();
     let mut probe: Vec<u8> = Vec::new();
-    if probe.try_reserve_exact(memory).is_err() {
+    if crate::memory::reserve(&mut probe, memory).is_err() {
         let what = format!("{x} x {y} x {z} voxels of {stored} take {memory} bytes: this machine does not give that much memory");
         return Err(Error::format(path, what));
     }
@@ -276,9 +277,9 @@ pub(in crate::volume::io) fn too_large(path: &Path, stored: Stored, first: usize
     Error::format(path, format!("voxel {} is {value} ({stored}): it does not fit {}", first + index, stored.voxel_type()))
 }
 
-/// `count` voxels from byte `first` of `file` on, where it can be mapped so.
-fn mapped<T: Voxel>(file: &File, first: u64, count: usize) -> Option<Voxels> {
-    Mapped::<T>::new(file, first, count).ok().flatten().map(|mapped| T::wrap(Buffer::mapped(mapped)))
+/// `count` voxels from byte `first` of `file` on, whose name is `path`, where it can be mapped so.
+fn mapped<T: Voxel>(path: &Path, file: &File, first: u64, count: usize) -> Option<Voxels> {
+    Mapped::<T>::new(path, file, first, count).ok().flatten().map(|mapped| T::wrap(Buffer::mapped(mapped)))
 }
 
 /// Voxels that arrive in another order than they are kept: `dims` of `kind`, z fastest in the file.

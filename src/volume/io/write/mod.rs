@@ -213,6 +213,9 @@ pub fn write(volume: &Volume, path: impl AsRef<Path>, writing: &Writing) -> Resu
     if let Some(at) = sent.size_at.filter(|_| file.is_file()) {
         file.put(at, metaimage::size(sent.packed).as_bytes())?;
     }
+    if let Some(cut) = crate::lanes::cut_file() {
+        return Err(Error::format(cut, "was cut short by another program while it was read"));
+    }
     file.finish()?;
     Ok(sent.written)
 }

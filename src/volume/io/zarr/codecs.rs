@@ -177,7 +177,7 @@ fn inflate(stream: impl Read, packed: usize, want: Want) -> Result<Vec<u8>, Stri
 /// An empty vector with room for `bytes`.
 pub(super) fn room(bytes: usize) -> Result<Vec<u8>, String> {
     let mut out = Vec::new();
-    out.try_reserve_exact(bytes).map_err(|_| format!("this machine does not give {bytes} bytes of memory"))?;
+    crate::memory::reserve(&mut out, bytes).map_err(|_| format!("this machine does not give {bytes} bytes of memory"))?;
     Ok(out)
 }
 
