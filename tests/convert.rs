@@ -796,7 +796,7 @@ mod command {
         assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
         let out = child.wait_with_output().unwrap();
         assert!(sent.elapsed() < Duration::from_secs(2), "{:?}", sent.elapsed());
-        assert_eq!((out.status.code(), String::from_utf8(out.stderr).unwrap().as_str()), (Some(1), "error: stopped\n"));
+        assert_eq!((out.status.code(), String::from_utf8(out.stderr).unwrap().as_str()), (Some(130), "error: stopped\n"));
         assert_eq!(files(dir.path()), before);
     }
 }

@@ -14,6 +14,7 @@ mod flags;
 mod golden;
 mod info;
 mod lesson;
+mod manual;
 mod movie;
 mod output;
 mod presets;
@@ -97,6 +98,8 @@ enum Verb {
     Opengl,
     /// Print the JSON schema of scene files.
     Schema,
+    /// Write the manual as pages for `man`, one a verb.
+    Manual(manual::ManualArgs),
     /// Print a completion script for a shell.
     Completions(completions::CompletionArgs),
 }
@@ -158,6 +161,7 @@ pub(crate) fn run() -> ExitCode {
         Verb::Presets => presets::run(),
         Verb::Opengl => output::print(flags::opengl_keys().as_bytes()),
         Verb::Schema => schema::run(),
+        Verb::Manual(args) => manual::run(&args),
         Verb::Completions(args) => completions::run(&args),
     };
     match done {

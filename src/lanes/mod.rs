@@ -34,6 +34,8 @@ mod ymm;
 pub use allocator::OrOneLine;
 pub(crate) use cells::{Blocks, CellLoad, CornerPairs, Corners, ToF32, convert};
 #[cfg(feature = "formats")]
+pub(crate) use cut_short::look_for_cut;
+#[cfg(feature = "formats")]
 pub use cut_short::{cut_file, survive_cut_files};
 #[cfg(feature = "formats")]
 pub(crate) use mapped::Mapped;

@@ -24,6 +24,7 @@ mod raw;
 
 use super::field::named;
 use crate::files::Whole;
+use crate::lanes::{cut_file, look_for_cut};
 use crate::settings::Progress;
 use crate::volume::{BoxConvention, Channels, LengthUnit, Volume, VoxelType};
 use crate::{Error, Result};
@@ -32,7 +33,7 @@ use flate2::{Compression, GzBuilder};
 use numbers::{Numbers, Tell};
 use std::fmt;
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// The name that files carry of who wrote them, where their format has a place for it.
@@ -209,15 +210,29 @@ pub fn write(volume: &Volume, path: impl AsRef<Path>, writing: &Writing) -> Resu
     let writing = Writing { compress, ..writing.clone() };
     let mut file = Whole::create(path)?;
     let packed = if file.is_file() { 0 } else { packed(volume, path, format, &writing)? };
-    let sent = encode(volume, &mut file, path, format, &writing, packed)?;
+    let sent = encode(volume, &mut file, path, format, &writing, packed).map_err(|e| of_cut_file(e, volume))?;
     if let Some(at) = sent.size_at.filter(|_| file.is_file()) {
         file.put(at, metaimage::size(sent.packed).as_bytes())?;
     }
-    if let Some(cut) = crate::lanes::cut_file() {
-        return Err(Error::format(cut, "was cut short by another program while it was read"));
+    if let Some(path) = cut_file() {
+        return Err(cut_short(path));
     }
     file.finish()?;
     Ok(sent.written)
+}
+
+/// The error of a volume whose file became shorter while it was mapped.
+fn cut_short(path: PathBuf) -> Error {
+    Error::format(path, "was cut short by another program while it was read")
+}
+
+/// `error`, which writing `volume` has met; where its bytes are not there any more, an error that says so.
+fn of_cut_file(error: Error, volume: &Volume) -> Error {
+    /// The system's number for an address that leads nowhere.
+    const EFAULT: i32 = 14;
+    let is_address = matches!(&error, Error::Io { source, .. } if source.raw_os_error() == Some(EFAULT));
+    let stored = volume.colors.as_ref().unwrap_or(&volume.voxels);
+    is_address.then(|| look_for_cut(stored.bytes_of())).flatten().map_or(error, cut_short)
 }
 
 impl Writing {
@@ -252,7 +267,7 @@ fn chosen(path: &Path, writing: &Writing) -> Result<(WriteFormat, bool)> {
 pub fn write_to(volume: &Volume, out: &mut dyn Write, format: WriteFormat, writing: &Writing) -> Result<Written> {
     let name = Path::new("output");
     let packed = packed(volume, name, format, writing)?;
-    Ok(encode(volume, out, name, format, writing, packed)?.written)
+    Ok(encode(volume, out, name, format, writing, packed).map_err(|e| of_cut_file(e, volume))?.written)
 }
 
 /// Bytes that the voxels will have where the header must tell them in advance; else 0.
