@@ -107,7 +107,7 @@ pub mod files;
 mod fragment;
 mod lanes;
 mod lean;
-pub mod memory;
+mod memory;
 mod opengl;
 pub mod picture;
 mod plan;
@@ -130,7 +130,7 @@ pub mod view;
 pub mod volume;
 
 pub use error::{Error, Result};
-pub use lanes::Level;
+pub use lanes::{Level, OrOneLine};
 pub use picture::{Aov, Picture, Plane};
 #[cfg(feature = "encoders")]
 pub use picture::{Depth, Format};

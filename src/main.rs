@@ -3,7 +3,7 @@
 mod cli;
 
 #[global_allocator]
-static ALLOCATOR: slicestack::memory::OrOneLine = slicestack::memory::OrOneLine;
+static ALLOCATOR: slicestack::OrOneLine = slicestack::OrOneLine;
 
 fn main() -> std::process::ExitCode {
     cli::run()

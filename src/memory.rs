@@ -1,13 +1,11 @@
 //! Memory that the system may not give.
 //!
 //! Large amounts are asked for with [`reserve`], whose refusal becomes an error that says what they were for. Whatever else runs out of memory, a
-//! few bytes or a buffer of another crate's, would end the process by an abort; a program that takes [`OrOneLine`] for its allocator
+//! few bytes or a buffer of another crate's, would end the process by an abort; a program that takes [`crate::OrOneLine`] for its allocator
 //! ends with one line instead.
 
 use std::cell::Cell;
 use std::collections::TryReserveError;
-
-pub use crate::lanes::OrOneLine;
 
 thread_local! {
     /// Whether this thread takes a refusal for an answer just now.

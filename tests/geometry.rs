@@ -5,11 +5,11 @@
 mod coverage;
 
 use coverage::{Seen, Setup, check};
-use glam::{DMat3, DQuat, DVec3};
+use glam::{DMat3, DQuat, DVec2, DVec3};
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
-use slicestack::proxy::Stack;
+use slicestack::proxy::{Edge, Stack};
 use slicestack::scene::{Camera, ClipPlane, Placement, Projection, View};
 use slicestack::volume::{BoxConvention, Grid};
 use std::cell::Cell;

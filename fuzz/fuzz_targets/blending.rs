@@ -1,17 +1,3 @@
-//! Any scene of all keys: pixels are finite, in their range and premultiplied.
 #![no_main]
 
-mod scenes;
-
-use libfuzzer_sys::fuzz_target;
-use slicestack::Settings;
-
-fuzz_target!(|bytes: &[u8]| {
-    let Some((volume, scene, _)) = scenes::drawn(bytes) else { return };
-    let Some(picture) = scenes::rendered(&volume, &scene, Settings::new().threads(1)) else { return };
-    for (i, &[r, g, b, a]) in picture.pixels().iter().enumerate() {
-        assert!([r, g, b, a].iter().all(|x| x.is_finite()), "pixel {i}: {r} {g} {b} {a}");
-        let is_premultiplied = (0.0..=1.0).contains(&a) && [r, g, b].iter().all(|c| (0.0..=a).contains(c));
-        assert!(scene.opengl().is_some() || is_premultiplied, "pixel {i}: {r} {g} {b} {a}");
-    }
-});
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| slicestack_fuzz::blending::run(bytes));

@@ -12,7 +12,7 @@ use std::time::Duration;
 ///
 /// ```
 /// #[global_allocator]
-/// static ALLOCATOR: slicestack::memory::OrOneLine = slicestack::memory::OrOneLine;
+/// static ALLOCATOR: slicestack::OrOneLine = slicestack::OrOneLine;
 /// ```
 #[derive(Debug)]
 pub struct OrOneLine;

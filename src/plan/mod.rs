@@ -42,7 +42,7 @@ use crate::fragment::{
 };
 use crate::lanes::{Level, LookupTable};
 use crate::proxy::{Domain, RaySteps, Stack};
-use crate::scene::{Blend, Fog, FogDistance, SampleAt, Scene};
+use crate::scene::{Blend, Fog, FogDistance, SampleAt, Scene, slab_ratio};
 use crate::skip::{Runs, SkipTable};
 use crate::volume::Volume;
 use hidden_values::hidden_up_to;
@@ -117,7 +117,8 @@ impl<'v> FramePlan<'v> {
         let with_holes = data.bricks.non_finite > 0 && data.colors.is_none();
         let mut needs = Needs::new(scene, &stack, steps.as_ref(), with_holes, terminate).with_values(scene, volume, data.bricks.range);
         let lookup = needs.lookup(volume, data.packed.is_some(), &data.scaling);
-        let ratio = if stack.is_empty() { 1.0 } else { thickness / scene.opacity_length(domain.map_or(volume.grid(), Domain::whole)) };
+        let ratio =
+            if stack.is_empty() { 1.0 } else { slab_ratio(thickness, scene.opacity_length(domain.map_or(volume.grid(), Domain::whole))) };
         let measure = if needs.optical_depth { Measure::OpticalDepth } else { Measure::Opacity };
         let slab = Slab { ratio, form: needs.method.slab, measure, detail };
         let by = match (&data.colors, needs.method.is_pre_integrated()) {

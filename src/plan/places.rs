@@ -5,7 +5,7 @@ use super::scaling::value_range;
 use super::{Scaling, color_frame};
 use crate::classify::{By, Measure, Slab, of_straight};
 use crate::fragment::{Effect, FocusFrame, RegionsFrame, SegmentsFrame};
-use crate::scene::{ByPlace, FocusRegion, Scene, SegmentEffect, SegmentStyle, Straight};
+use crate::scene::{ByPlace, FocusRegion, Scene, SegmentEffect, SegmentStyle, Straight, slab_ratio};
 use crate::skip::BrickClasses;
 use crate::volume::Volume;
 use crate::volume::bricks::Bricks;
@@ -27,7 +27,7 @@ impl Places {
     /// The places of `scene`, whose slabs by the main transfer function are like `slab`, and `thickness` world units thick.
     pub(super) fn new(scene: &Scene, volume: &Volume, (slab, thickness): (Slab, f64), by: By, kept: &mut impl Prepared) -> Self {
         let region = |region: &FocusRegion| {
-            let slab = Slab { ratio: thickness / region.transfer().opacity_length(volume.grid()), ..slab };
+            let slab = Slab { ratio: slab_ratio(thickness, region.transfer().opacity_length(volume.grid())), ..slab };
             // Values that are told apart exactly stand beside their positions as numbers.
             let by = if by == By::Label { By::Voxel } else { by };
             kept.region(TransferKey { transfer: region.transfer().clone(), slab, by, transfer2d: None })

@@ -5,7 +5,7 @@ use super::{Drawn, RenderJob, Renderer, slice_count, tile_side};
 use crate::opengl;
 use crate::proxy::Stack;
 use crate::raster::Observer;
-use crate::scene::{Classification, Equation, Factor, FogWeighting, OpenGl, Scene, Slicing, TableColors};
+use crate::scene::{Classification, Equation, Factor, FogWeighting, OpenGl, Scene, Slicing, TableColors, slab_ratio};
 use crate::tally::Tally;
 use crate::{Error, Result};
 use std::sync::Arc;
@@ -30,7 +30,7 @@ impl Renderer {
         let method = scene.method();
         let (table, kept) = job.clock.prepare(|| {
             let values = opengl::Values::of(volume);
-            let ratio = if stack.is_empty() { 1.0 } else { stack.spacing / scene.transfer().opacity_length(volume.grid()) };
+            let ratio = if stack.is_empty() { 1.0 } else { slab_ratio(stack.spacing, scene.transfer().opacity_length(volume.grid())) };
             let table = opengl::Table::new(scene.transfer(), &values, ratio, state, method.target);
             let classified = method.classification == Classification::Pre;
             let key = opengl::TextureKey { format: state.texture, table: classified.then(|| table.clone()) };

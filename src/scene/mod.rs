@@ -68,6 +68,7 @@ pub use stage::{Fits, InProjections, OptionalStage, Quantity, StageId, StageInfo
 pub(crate) use surfaces::Surfaces;
 pub use surfaces::{Hit, LevelSurface, MAX_LEVELS};
 pub use transfer::TransferFunction;
+pub(crate) use transfer::slab_ratio;
 pub(crate) use transfer2d::GAUSSIAN_END;
 pub use transfer2d::{MAX_REGIONS, Region, Shape, Transfer2d};
 

@@ -163,6 +163,13 @@ impl TransferFunction {
     }
 }
 
+/// `thickness` of a slab over `length`, to which opacities refer; both in world units. Within what can still be multiplied: a length of 5e-324 makes
+/// slabs of any opacity opaque, and those of none no numbers.
+pub(crate) fn slab_ratio(thickness: f64, length: f64) -> f64 {
+    const MOST: f64 = 1e300;
+    (thickness / length).min(MOST)
+}
+
 fn check_order(list: &str, values: impl Iterator<Item = f64>) -> Result<()> {
     let mut last: Option<f64> = None;
     for v in values {

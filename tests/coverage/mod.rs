@@ -7,20 +7,20 @@ use slicestack::volume::Grid;
 
 /// A box, a view of it, and planes that cut it.
 #[derive(Debug, Clone)]
-pub struct Setup {
-    pub grid: Grid,
-    pub view: View,
-    pub planes: Vec<ClipPlane>,
-    pub count: u64,
+pub(crate) struct Setup {
+    pub(crate) grid: Grid,
+    pub(crate) view: View,
+    pub(crate) planes: Vec<ClipPlane>,
+    pub(crate) count: u64,
 }
 
 /// What a check has looked at: pixels on slices, and those too close to an edge to tell.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Seen {
-    pub centres: u64,
-    pub left_out: u64,
-    pub covered: u64,
-    pub polygons: u64,
+pub(crate) struct Seen {
+    pub(crate) centres: u64,
+    pub(crate) left_out: u64,
+    pub(crate) covered: u64,
+    pub(crate) polygons: u64,
 }
 
 /// The section of the box and the clip planes by the plane at depth `d`, in the window: edges of the box cut one by one, put in
@@ -115,7 +115,7 @@ fn check_polygon(s: &Setup, stack: &Stack, polygon: &SlicePolygon, want: &[DVec2
 ///
 /// # Panics
 /// Where something does not.
-pub fn check(s: &Setup) -> Seen {
+pub(crate) fn check(s: &Setup) -> Seen {
     let stack = Stack::new(&s.grid, &s.view, &s.planes, s.count);
     let mut seen = Seen::default();
     if stack.is_empty() {

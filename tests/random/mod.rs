@@ -1,22 +1,39 @@
 //! Scenes drawn from the schema of scene files: every key there is may be among them, with values that are likely, at a limit, or nonsense.
 
 use serde_json::{Map, Value, json};
+use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// What `work` finds for each of `numbers`, on a thread per core. Not rayon's: while one of its threads waits for a picture it begins another piece
+/// of work on the same stack.
+#[allow(dead_code, reason = "for the tests")]
+pub(crate) fn on_all_cores<T: Send>(numbers: Range<u64>, work: impl Fn(u64) -> Option<T> + Sync) -> Vec<T> {
+    let next = AtomicU64::new(numbers.start);
+    let one = || -> Vec<T> {
+        std::iter::from_fn(|| Some(next.fetch_add(1, Ordering::Relaxed)).filter(|n| *n < numbers.end)).filter_map(&work).collect()
+    };
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    std::thread::scope(|scope| {
+        let threads: Vec<_> = (0..cores).map(|_| scope.spawn(one)).collect();
+        threads.into_iter().flat_map(|thread| thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))).collect()
+    })
+}
 
 /// Numbers that decide what is drawn: those of given bytes, and when these are used up such as look random.
-pub struct Draw<'b> {
+pub(crate) struct Draw<'b> {
     bytes: &'b [u8],
     state: u64,
 }
 
 impl<'b> Draw<'b> {
     /// Everything follows from `seed`, the same on every machine.
-    pub fn of_seed(seed: u64) -> Self {
+    pub(crate) fn of_seed(seed: u64) -> Self {
         Self { bytes: &[], state: seed }
     }
 
     /// Everything follows from `bytes`.
     #[allow(dead_code, reason = "for the fuzz targets")]
-    pub fn of_bytes(bytes: &'b [u8]) -> Self {
+    pub(crate) fn of_bytes(bytes: &'b [u8]) -> Self {
         Self { bytes, state: bytes.len() as u64 }
     }
 
@@ -34,20 +51,20 @@ impl<'b> Draw<'b> {
     }
 
     /// A number from `low` up to `high`.
-    pub fn within(&mut self, low: f64, high: f64) -> f64 {
+    pub(crate) fn within(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * (self.next() >> 11) as f64 / (1u64 << 53) as f64
     }
 
     /// Below `count`.
-    pub fn below(&mut self, count: usize) -> usize {
+    pub(crate) fn below(&mut self, count: usize) -> usize {
         ((u128::from(self.next()) * count as u128) >> 64) as usize
     }
 
-    pub fn chance(&mut self, p: f64) -> bool {
+    pub(crate) fn chance(&mut self, p: f64) -> bool {
         self.within(0.0, 1.0) < p
     }
 
-    pub fn one<T: Copy>(&mut self, of: &[T]) -> T {
+    pub(crate) fn one<T: Copy>(&mut self, of: &[T]) -> T {
         of[self.below(of.len())]
     }
 
@@ -153,7 +170,7 @@ fn table(schema: &Value, path: &str, p: f64, draw: &mut Draw<'_>) -> Map<String,
 }
 
 /// A scene file in JSON, of a built-in volume and a small picture, and some keys from all of `schema`.
-pub fn document(schema: &Value, draw: &mut Draw<'_>) -> Value {
+pub(crate) fn document(schema: &Value, draw: &mut Draw<'_>) -> Value {
     let key = |path: &str, draw: &mut Draw<'_>| of_key(path, draw).unwrap_or(Value::Null);
     let mut all = json!({
         "volume": { "phantom": key("volume.phantom", draw), "size": key("volume.size", draw) },

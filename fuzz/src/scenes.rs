@@ -1,16 +1,12 @@
 //! Small scenes drawn from bytes.
 
-#[path = "../../../tests/random/mod.rs"]
-#[allow(dead_code)]
-mod random;
-
-use random::{Draw, document};
+use super::random::{Draw, document};
 use slicestack::scene::{Overrides, SceneFile, Slicing, schema};
 use slicestack::{Limits, Picture, Renderer, Scene, Settings, Volume};
 use std::sync::OnceLock;
 
 /// A volume and a scene of it; `None` where the scene is refused, or large.
-pub fn drawn(bytes: &[u8]) -> Option<(Volume, Scene, Draw<'_>)> {
+pub(crate) fn drawn(bytes: &[u8]) -> Option<(Volume, Scene, Draw<'_>)> {
     static SCHEMA: OnceLock<serde_json::Value> = OnceLock::new();
     let mut draw = Draw::of_bytes(bytes);
     let text = document(SCHEMA.get_or_init(schema), &mut draw).to_string();
@@ -24,6 +20,6 @@ pub fn drawn(bytes: &[u8]) -> Option<(Volume, Scene, Draw<'_>)> {
 
 /// The picture, unless the scene cannot be rendered so.
 #[allow(dead_code)]
-pub fn rendered(volume: &Volume, scene: &Scene, settings: Settings) -> Option<Picture> {
+pub(crate) fn rendered(volume: &Volume, scene: &Scene, settings: Settings) -> Option<Picture> {
     Renderer::new(volume, settings).render(scene).ok().map(|done| done.0)
 }
