@@ -16,6 +16,8 @@ use std::time::{Duration, Instant};
 const RUNS: &str = "SLICESTACK_FUZZ_RUNS";
 /// The seed to begin with.
 const FROM: &str = "SLICESTACK_FUZZ_FROM";
+/// A file to run alone, in the place of all others.
+const INPUT: &str = "SLICESTACK_FUZZ_INPUT";
 
 /// SplitMix64 (Steele et al. 2014).
 struct Random(u64);
@@ -61,7 +63,7 @@ fn mutated(corpus: &[Vec<u8>], random: &mut Random) -> Vec<u8> {
         match random.below(8) {
             0 if at < bytes.len() => bytes[at] ^= 1 << random.below(8),
             1 if at < bytes.len() => bytes[at] = random.next() as u8,
-            2 => drop(bytes.splice(at..at, WORDS[random.below(WORDS.len())].iter().copied()).count()),
+            2 => bytes.splice(at..at, WORDS[random.below(WORDS.len())].iter().copied()).for_each(drop),
             3 => bytes.truncate(at),
             4 => {
                 let end = (at + 1 + random.below(16)).min(bytes.len());
@@ -70,7 +72,7 @@ fn mutated(corpus: &[Vec<u8>], random: &mut Random) -> Vec<u8> {
             5 => {
                 let end = (at + 1 + random.below(64)).min(bytes.len());
                 let again = bytes[at.min(end)..end].to_vec();
-                drop(bytes.splice(at..at, again).count());
+                bytes.splice(at..at, again).for_each(drop);
             }
             6 => {
                 // The head of one and the tail of another.
@@ -92,6 +94,9 @@ fn mutated(corpus: &[Vec<u8>], random: &mut Random) -> Vec<u8> {
 /// Runs `body` on the corpus called `name` and on `runs` mutations of it. None may panic or take long.
 fn target(name: &str, runs: u64, body: fn(&[u8])) {
     let number = |name: &str| std::env::var(name).ok().map(|n| n.parse::<u64>().unwrap());
+    if let Some(file) = std::env::var_os(INPUT) {
+        return body(&fs::read(file).unwrap());
+    }
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus").join(name);
     let mut files: Vec<_> = fs::read_dir(&folder).unwrap().map(|e| e.unwrap().path()).collect();
     files.sort();

@@ -7,7 +7,7 @@
 mod random;
 
 use random::{Draw, document, on_all_cores};
-use slicestack::scene::{Algorithm, Blend, Order, Overrides, SceneFile, Slicing, schema};
+use slicestack::scene::{Algorithm, Blend, FogWeighting, Order, Overrides, SceneFile, SlabForm, Slicing, schema};
 use slicestack::{Error, Level, Limits, Picture, Renderer, Scene, Settings, Volume};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
@@ -19,7 +19,7 @@ const SECONDS: &str = "SLICESTACK_SEARCH_SECONDS";
 const FROM: &str = "SLICESTACK_SEARCH_FROM";
 
 /// How far rounding may bring a colour above its opacity: the one is a sum, the other 1 minus a product.
-const ABOVE: f32 = 1e-6;
+const ABOVE: f32 = 1e-5;
 
 /// Largest difference between both orders, colours up to 1.
 const ORDERS: f32 = 1e-5;
@@ -36,6 +36,13 @@ fn bits(picture: &Picture) -> Vec<[u32; 4]> {
 fn is_line(error: &Error) -> bool {
     let text = error.to_string();
     !text.is_empty() && !text.contains('\n')
+}
+
+/// Whether pixels are premultiplied colours by promise: OpenGL's framebuffer holds what its states make of it, Riemann's slabs leave the range, and
+/// literal fog lights up nothing.
+fn is_bounded(scene: &Scene) -> bool {
+    let literal = scene.fog().is_some_and(|fog| fog.weighting() == FogWeighting::Literal);
+    scene.opengl().is_none() && scene.method().slab != SlabForm::Riemann && !literal
 }
 
 /// What is wrong with the scene of `seed`; `Ok(false)` where it is refused as it may be.
@@ -70,8 +77,7 @@ fn wrong(seed: u64) -> Result<bool, String> {
             return Err(told(format!("pixel {i} is {p:?}")));
         }
         let [r, g, b, a] = p;
-        // OpenGL's framebuffer holds what its states make of it.
-        if scene.opengl().is_none() && !((0.0..=1.0).contains(&a) && [r, g, b].iter().all(|c| (0.0..=a + ABOVE).contains(c))) {
+        if is_bounded(&scene) && !((0.0..=1.0).contains(&a) && [r, g, b].iter().all(|c| (0.0..=a + ABOVE).contains(c))) {
             return Err(told(format!("pixel {i} is no premultiplied colour: {p:?}")));
         }
     }
@@ -85,7 +91,7 @@ fn wrong(seed: u64) -> Result<bool, String> {
         return Err(told(format!("{threads} threads, tiles of {tile}, {}: pixel {at} is {b:?}, alone {a:?}", level.name())));
     }
     // Both orders, where the scene has two: one of them ends pixels early, which the scene may forbid.
-    let sliced = scene.algorithm() == Algorithm::Slices && scene.opengl().is_none() && scene.blend() == Blend::Over;
+    let sliced = scene.algorithm() == Algorithm::Slices && is_bounded(&scene) && scene.blend() == Blend::Over;
     if sliced && matches!(scene.slicing(), Slicing::Count(_)) {
         let full = scene.clone().with_terminate(0.0);
         let turn = |order: Order| full.as_ref().ok().map(|s| s.clone().with_order(order));

@@ -5,7 +5,7 @@
 mod coverage;
 #[path = "../../tests/random/mod.rs"]
 #[allow(dead_code)]
-mod random;
+pub(crate) mod random;
 mod scenes;
 
 pub mod blending;

@@ -5,11 +5,14 @@ use slicestack::scene::{Overrides, SceneFile, Slicing, schema};
 use slicestack::{Limits, Picture, Renderer, Scene, Settings, Volume};
 use std::sync::OnceLock;
 
-/// A volume and a scene of it; `None` where the scene is refused, or large.
+/// A volume and a scene of it, told where the environment has `SLICESTACK_FUZZ_SHOW`; `None` where the scene is refused, or large.
 pub(crate) fn drawn(bytes: &[u8]) -> Option<(Volume, Scene, Draw<'_>)> {
     static SCHEMA: OnceLock<serde_json::Value> = OnceLock::new();
     let mut draw = Draw::of_bytes(bytes);
     let text = document(SCHEMA.get_or_init(schema), &mut draw).to_string();
+    if std::env::var_os("SLICESTACK_FUZZ_SHOW").is_some() {
+        eprintln!("{text}");
+    }
     let file = SceneFile::parse(&text, "", &Overrides::default()).ok()?;
     let volume = file.volume().load(&Limits::default()).ok()?;
     let (scene, _) = file.to_scene(&volume).ok()?;

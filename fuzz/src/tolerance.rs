@@ -2,22 +2,29 @@
 
 use super::scenes;
 use slicestack::reference::{Region, image};
-use slicestack::scene::{Classification, Filter, Slicing};
+use slicestack::scene::{Algorithm, Blend, Classification, Filter, Scene, Slicing};
 use slicestack::{Renderer, Settings};
+
+/// Whether a tolerance is promised for the scene, and the integrator knows its truth.
+fn is_promised(scene: &Scene) -> bool {
+    let method = scene.method();
+    let integrated = method.filter == Filter::Linear && method.classification != Classification::Pre;
+    let sliced = scene.algorithm() == Algorithm::Slices && scene.opengl().is_none() && scene.blend() == Blend::Over;
+    let by_value = scene.transfer2d().is_none() && scene.transfer().gradient_opacity().is_empty() && scene.lighting().is_none();
+    integrated && sliced && by_value && scene.regions().is_empty() && scene.cuts().is_empty()
+}
 
 pub fn run(bytes: &[u8]) {
     let Some((volume, scene, mut draw)) = scenes::drawn(bytes) else { return };
-    let integrated = scene.method().filter == Filter::Linear && scene.method().classification != Classification::Pre;
     let tolerance = draw.one(&[0.01, 0.003, 0.001]);
     let Ok(scene) = scene.with_slices(Slicing::Tolerance(tolerance)) else { return };
-    if !integrated {
+    if !is_promised(&scene) {
         return;
     }
-    let (width, height) = scene.size();
-    let Ok(truth) = image(&volume, &scene, Region::whole(width, height), 1e-6) else { return };
+    let Ok(truth) = image(&scene, &volume, Region::whole(&scene)) else { return };
     let Ok((picture, stats)) = Renderer::new(&volume, Settings::new().threads(1)).render(&scene) else { return };
-    let sum: f64 = picture.pixels().iter().zip(truth.pixels()).flat_map(|(p, t)| (0..3).map(|c| (f64::from(p[c]) - t[c]).powi(2))).sum();
-    let error = (sum / (3 * picture.pixels().len()) as f64).sqrt();
+    let squares = picture.pixels().iter().zip(truth.pixels()).flat_map(|(p, t)| (0..3).map(|c| f64::from(p[c]) - t[c])).map(|d| d * d);
+    let error = (squares.sum::<f64>() / (3 * truth.pixels().len()) as f64).sqrt();
     let told = stats.error_estimate.unwrap_or(0.0);
     assert!(error <= tolerance.max(told), "error {error:.3e} of {tolerance}, told {told:.3e}");
 }

@@ -191,7 +191,7 @@ pub(crate) fn document(schema: &Value, draw: &mut Draw<'_>) -> Value {
     const FILES: [&str; 4] = ["path", "file", "layers", "type"];
     let Some(sections) = schema["properties"].as_object() else { return all };
     let names: Vec<&String> = sections.keys().filter(|n| *n != "labels" && *n != "annotate").collect();
-    for _ in 0..draw.below(7) {
+    for _ in 0..draw.below(5) {
         let section = draw.one(&names);
         let inner = &sections[section.as_str()];
         if inner["type"] == "array" {
@@ -204,7 +204,7 @@ pub(crate) fn document(schema: &Value, draw: &mut Draw<'_>) -> Value {
         if keys.is_empty() {
             continue;
         }
-        for _ in 0..=draw.below(3) {
+        for _ in 0..=draw.below(2) {
             let name = draw.one(&keys);
             if FILES.contains(&name.as_str()) {
                 continue;

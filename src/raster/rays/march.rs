@@ -157,7 +157,9 @@ impl<'m, 'f, 'v, W: Observer> RayMarch<'m, 'f, 'v, W> {
     /// The opaque planes at which the rays of `lanes` end.
     pub(super) fn planes(&mut self, lanes: u64) {
         let (work, batch) = (self.work, &mut *self.batch);
-        let seen = |i: usize| work.order == Order::BackToFront || batch.pixels.transmittance[i] >= work.frame.blend.terminate;
+        // Pixels that never end take the plane, whatever Riemann's slabs have made of their transmittance.
+        let ends = work.order == Order::FrontToBack && work.frame.blend.terminate > 0.0;
+        let seen = |i: usize| !ends || batch.pixels.transmittance[i] >= work.frame.blend.terminate;
         if !(0..BATCH).any(|i| lanes >> i & 1 == 1 && seen(i)) {
             return;
         }
