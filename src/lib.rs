@@ -107,6 +107,7 @@ mod fragment;
 mod lanes;
 mod lean;
 mod opengl;
+pub mod paged;
 pub mod picture;
 mod plan;
 #[cfg(feature = "scene-file")]

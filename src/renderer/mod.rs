@@ -347,7 +347,7 @@ fn tile_side(width: u32, height: u32) -> u32 {
 }
 
 /// Pixels of a picture, all zero. Memory is refused here with a message, not in the allocator with an abort.
-fn canvas(width: u32, height: u32) -> Result<Vec<[f32; 4]>> {
+pub(crate) fn canvas(width: u32, height: u32) -> Result<Vec<[f32; 4]>> {
     let count = width as usize * height as usize;
     // Twice the pixels: an encoder needs about as much again.
     if Vec::<[f32; 4]>::new().try_reserve_exact(2 * count).is_err() {
@@ -360,7 +360,7 @@ fn canvas(width: u32, height: u32) -> Result<Vec<[f32; 4]>> {
     Ok(vec![[0.0; 4]; count])
 }
 
-fn make_pool(threads: Option<usize>) -> Result<ThreadPool> {
+pub(crate) fn make_pool(threads: Option<usize>) -> Result<ThreadPool> {
     if threads == Some(0) {
         return Err(Error::invalid("threads 0: at least one is needed"));
     }

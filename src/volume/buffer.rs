@@ -86,6 +86,12 @@ impl<T: Pod> Buffer<T> {
         }
     }
 
+    /// The file that the numbers lie in, and the byte of it at which they begin.
+    #[cfg(feature = "formats")]
+    pub(crate) fn place(&self) -> Option<&(Arc<std::fs::File>, u64)> {
+        if let Place::File(mapped) = &self.0 { mapped.place() } else { None }
+    }
+
     #[cfg(feature = "formats")]
     pub(crate) fn mapped(mapped: Mapped<T>) -> Self {
         Self(Place::File(mapped))
