@@ -49,6 +49,13 @@ impl Limits {
         self
     }
 
+    /// The limits with another most for the bytes of the voxels of a mapped file.
+    #[must_use]
+    pub const fn mapped_bytes(mut self, bytes: u64) -> Self {
+        self.mapped_bytes = bytes;
+        self
+    }
+
     /// The limits with another most for the bytes of a header.
     #[must_use]
     pub const fn header_bytes(mut self, bytes: u64) -> Self {

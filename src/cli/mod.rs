@@ -16,6 +16,7 @@ mod info;
 mod lesson;
 mod movie;
 mod output;
+mod paged;
 mod presets;
 mod progress;
 mod render;

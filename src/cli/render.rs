@@ -5,6 +5,7 @@ use super::progress::{Bar, Phase, catch_signals, enter, rendered};
 use super::saved::{SavedScene, is_saved_scene};
 use super::scene::{SceneArgs, level, load};
 use super::stats::{self, Clock};
+use super::paged::{self, Outputs};
 use super::{Usage, complain, show};
 use anyhow::{Result, bail};
 use clap::builder::{PossibleValue, PossibleValuesParser};
@@ -12,7 +13,7 @@ use slicestack::annotate::{annotate, check};
 use slicestack::picture::{Aov, Depth, Format, Metadata, PlaneFormat};
 use slicestack::proof::Provenance;
 use slicestack::scene::{ResolvedScene, Slicing};
-use slicestack::{Error, Renderer, Settings};
+use slicestack::{Error, Picture, Renderer, Settings};
 use std::io::{IsTerminal, stderr, stdout};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -56,6 +57,10 @@ pub(super) struct RenderArgs {
     /// Tell on stderr where the work went, what the picture did not need, and why.
     #[arg(long)]
     explain: bool,
+    /// Hold no more of the volume than about this many bytes, such as 1GiB, the picture among them: of its file those voxels are read that the
+    /// picture needs, as fine as it needs them. The picture is the same for any size.
+    #[arg(long, value_name = "SIZE", value_parser = super::paged::bytes, conflicts_with = "aov")]
+    memory: Option<u64>,
     /// Worker threads; one per core unless given. The picture is the same for any number.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=4096))]
     threads: Option<u64>,
@@ -76,7 +81,8 @@ Examples:
   slicestack render ct.raw --volume.dimensions 256,256,113 --volume.type i16 --volume.spacing 1,1,2
   slicestack render scene.toml --slices.count 1024 --fog.mode exp2 --fog.density 0.01
   slicestack render scene.toml -o - --format npy | python3 -c 'import sys, numpy; ...'
-  slicestack render head.nrrd --preset mr-brain --save-scene head.toml";
+  slicestack render head.nrrd --preset mr-brain --save-scene head.toml
+  slicestack render huge.ome.zarr --memory 1GiB -o huge.png      a volume larger than memory";
 
 /// What `--format` takes: each format by its usual extension, with the others as further names.
 pub(super) fn formats() -> PossibleValuesParser {
@@ -145,6 +151,20 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
             saved.sink.spare("scene saved by this command", is_saved_scene, &[path])?;
         }
     }
+    if let Some(memory) = args.memory {
+        let out = Outputs {
+            sink: &sink,
+            format,
+            depth,
+            stats: stats_sink.as_ref(),
+            saved,
+            show: args.show,
+            explain: args.explain,
+            metadata: !args.no_metadata,
+            repeat: args.repeat,
+        };
+        return paged::run(&scene_file, memory, settings, &bar, out);
+    }
     let volume = load(scene_file.volume(), &settings.limits)?;
     clock.load = start.elapsed().as_secs_f64();
     // Presets look at the voxels, and keep what they found for the frame.
@@ -207,9 +227,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
         })?;
     }
     if args.show {
-        let png = picture.encode(Format::Png, Depth::Eight)?;
-        let protocol = show::Protocol::of(|name| std::env::var(name).ok());
-        print(show::shown(&picture, &png, protocol, show::size()).as_bytes())?;
+        shown(&picture)?;
     }
     if let Some(error) = stats.error_estimate.filter(|_| args.estimate) {
         eprintln!("estimated RMS error of the colours: {error:.2e} in {}", stats::counted(stats.slices, "slice"));
@@ -232,10 +250,17 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
             eprintln!("{told}: the scene asks for no number of slices\n");
         }
         eprint!("{}", stats::explain(&stats, &picture));
-    } else if let (Sink::File(path), true) = (&sink, stderr().is_terminal()) {
+    } else if let Sink::File(path) = &sink {
         tell(path, format, clock);
     }
     Ok(())
+}
+
+/// Shows `picture` in the terminal.
+pub(super) fn shown(picture: &Picture) -> Result<()> {
+    let png = picture.encode(Format::Png, Depth::Eight)?;
+    let protocol = show::Protocol::of(|name| std::env::var(name).ok());
+    print(show::shown(picture, &png, protocol, show::size()).as_bytes())
 }
 
 /// Refuses annotations where pictures are arrays of numbers: whoever reads them computes with them, and ink is no result.
@@ -286,14 +311,18 @@ impl Planes {
 }
 
 /// A failure leaves no output behind, not even a good picture whose statistics failed.
-fn forget(sink: &Sink) {
+pub(super) fn forget(sink: &Sink) {
     if let Sink::File(path) = sink {
         // The failure that led here is the one to report.
         drop(std::fs::remove_file(path));
     }
 }
 
-fn tell(path: &Path, format: Format, clock: Clock) {
+/// Tells on a terminal what was written, and how long that took.
+pub(super) fn tell(path: &Path, format: Format, clock: Clock) {
+    if !stderr().is_terminal() {
+        return;
+    }
     let Clock { load, prepare, render, encode } = clock;
     eprintln!(
         "{}: {} written; read {load:.2} s, prepared {prepare:.2} s, rendered {render:.2} s, encoded {encode:.2} s",

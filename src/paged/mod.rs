@@ -37,11 +37,11 @@ use crate::lanes::{Level as Vectors, SIDE};
 use crate::picture::Picture;
 use crate::plan::{Detail, passed_over};
 use crate::proxy::Stack;
-use crate::renderer::{RenderStats, adaptive, canvas, make_pool, slice_count};
+use crate::raster::Finish;
+use crate::renderer::{OverBackground, RenderStats, adaptive, canvas, make_pool, slice_count};
 use crate::scene::{Algorithm, Blend, Scene, Slicing, View};
 use crate::settings::{Control, Stopper};
 use crate::tally::Counters;
-use crate::volume::Volume;
 use crate::volume::levels::Levels;
 use crate::{Error, Result, Settings};
 use frame::{Frame, PIECE, PieceCounts};
@@ -289,7 +289,7 @@ impl PagedRenderer {
         let (min, max) = kind.limits();
         let stored = |value: f64| ((value - intercept) / slope).clamp(min, max);
         let knots = scene.transfer().knots();
-        let overview = self.levels.overview(frame::PIECE)?;
+        let overview = self.levels.overview(PIECE)?;
         let (low, high) = overview.range();
         // Beyond its outer knots a transfer function is constant; a function of two variables ends with the data.
         let ends = [knots[0], knots[knots.len() - 1], low, high].map(stored);
@@ -329,6 +329,10 @@ impl PagedRenderer {
         let goal = AIM * tolerance.unwrap_or(USUAL_TOLERANCE);
         let mut finer = 0;
         let regions = regions(size);
+        if Sight::new(&self.levels, &job.view, &[], 1).stack.is_empty() {
+            pixels.fill(OverBackground::new(job.scene, &crate::plan::method(job.scene)).nothing());
+            return Ok(Made { count: 0, finer, planned: Vec::new(), error: None, level_error: 0.0, tolerance });
+        }
         loop {
             let frame = self.frame(job, count, finer, false, tolerance);
             let at_finest = frame.sight.is_finest(finer);

@@ -1,6 +1,7 @@
 use super::*;
 use crate::Renderer;
-use crate::scene::{Camera, Classification, ClipPlane, Fog, FogDistance, Lighting, Method, Order, Placement, Projection, TransferFunction};
+use crate::scene::{Camera, Classification, ClipPlane, Fog, FogDistance, FogMode, Lighting, Method, Order, Placement, Projection, TransferFunction};
+use crate::volume::Volume;
 use crate::volume::phantom::Phantom;
 use glam::DVec3;
 
@@ -45,7 +46,7 @@ fn scenes(volume: &Volume, size: usize) -> Vec<(&'static str, Scene)> {
         Camera::new(placement, Projection::Perspective { fov_y: 35.0 }).unwrap()
     };
     let plane = ClipPlane::new(DVec3::new(0.3, 1.0, -0.2), DVec3::new(0.3, 1.0, -0.2).dot(center)).unwrap();
-    let fog = Fog::exp2(0.02).unwrap().with_color([0.3, 0.5, 0.7]).unwrap();
+    let fog = Fog::new(FogMode::Exp2 { density: 0.02 }, [0.3, 0.5, 0.7]).unwrap();
     let lit = || base.clone().with_lighting(Some(Lighting::default())).unwrap();
     let method = |classification| Method { classification, ..Method::default() };
     vec![
@@ -90,7 +91,7 @@ fn every_voxel_type_is_rendered() {
     let head = head(size);
     let scene = scene(size).with_camera(Camera::orbit(25.0, 40.0).unwrap());
     for kind in crate::volume::VoxelType::ALL {
-        let volume = crate::volume::edit::convert_type(&head, Some(kind), None, &crate::Limits::default(), None).unwrap().volume;
+        let volume = crate::volume::edit::convert_type(&head, kind, None, &crate::Limits::default(), None).unwrap().volume;
         let (plain, _) = Renderer::new(&volume, Settings::default()).render(&scene).unwrap();
         let (pieces, ..) = paged(&volume, &scene, MEMORY, 2);
         let far = farthest(&plain, &pieces);
@@ -163,8 +164,7 @@ fn a_tolerance_bounds_levels_and_slices_together() {
 fn empty_and_hidden_bricks_are_not_read() {
     // A shell around nothing: what lies behind its opaque front is not needed, and the rest is transparent.
     let size = 160;
-    let [mut values, middle] = [vec![0u8; size * size * size], Vec::new()];
-    let _ = middle;
+    let mut values = vec![0u8; size * size * size];
     for z in 0..size {
         for y in 0..size {
             for x in 40..60 {

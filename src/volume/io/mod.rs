@@ -80,9 +80,11 @@ pub use raw::{RawSpec, read_raw};
 pub use reading::{Choice, Item, Part, Reading};
 pub use stored::Endian;
 pub use write::{WriteFormat, Writing, Written, write, write_to};
+#[cfg(feature = "zarr")]
+pub use zarr::write_pyramid;
 
 use crate::settings::Limits;
-use crate::volume::Volume;
+use crate::volume::{Levels, Volume};
 use crate::{Error, Result};
 use folder::Folder;
 use reader::{Certainty, Clues, Reader};
@@ -259,6 +261,24 @@ pub fn read_as(path: impl AsRef<Path>, reading: &Reading) -> Result<Volume> {
     let name = store.path().display().to_string();
     let volume = (format.reader().read)(store, reading)?;
     Ok(if volume.name().is_empty() { volume.with_name(name) } else { volume })
+}
+
+/// The levels of detail of the volume file or folder `path`: those of an OME-Zarr image as they are, of other files every voxel, every second,
+/// every fourth ... of the volume that [`read_as`] gives. Where that is mapped, or an OME-Zarr image, no voxels are read here.
+///
+/// # Errors
+/// As [`read_as`]; [`Error::Invalid`] for colours and labels. The limits hold for what has to be read into memory: see [`Limits::within`].
+pub fn read_levels(path: impl AsRef<Path>, reading: &Reading) -> Result<Levels> {
+    let path = path.as_ref();
+    #[cfg(feature = "zarr")]
+    if !Store::comes_once(path) && !reading.choice.magnitude {
+        let mut store = Store::open(path, &reading.limits)?;
+        if identify(&mut store)? == Format::Zarr {
+            reading.check(store.path(), Format::Zarr.name(), Format::Zarr.reader().parts)?;
+            return zarr::levels(store, reading);
+        }
+    }
+    Levels::of_volume(&read_as(path, &Reading { pixels: None, ..reading.clone() })?)
 }
 
 /// What there is to choose from in the volume file or folder `path`, without reading voxels; empty where there is one volume only. What is

@@ -10,10 +10,10 @@
 //! second, fourth, eighth ... voxel of it, and cost nothing to make; those of an OME-Zarr image lie in files of their own, and each voxel of
 //! them usually is the mean of those in its place.
 
-mod plain;
+pub(crate) mod plain;
 
 use super::{Modality, Volume, VoxelType, Voxels};
-use crate::volume::{Grid, LengthUnit};
+use crate::volume::{BoxConvention, Grid, LengthUnit};
 use crate::{Error, Result};
 use std::fmt;
 use std::sync::Arc;
@@ -132,6 +132,15 @@ impl Levels {
             levels.push(plain::level(volume, steps)?);
         }
         Ok(Self::new(levels, volume, None))
+    }
+
+    /// The same levels in a box of another convention.
+    #[must_use]
+    pub fn with_convention(mut self, convention: BoxConvention) -> Self {
+        for level in &mut self.levels {
+            level.grid = level.grid.clone().with_convention(convention);
+        }
+        self
     }
 
     /// The levels, the finest first.

@@ -16,15 +16,35 @@ const ROW: usize = 256;
 /// Rows and planes of a brick.
 const ROWS: usize = 16;
 
-/// Where the voxels of the array are.
-enum Place {
+/// The bytes of an array's voxels, wherever they are.
+pub(crate) enum Source {
     Memory(Voxels),
     File { file: Arc<File>, first: u64, path: PathBuf },
 }
 
+impl Source {
+    /// Those of `volume`: read from its file where that is mapped.
+    pub(crate) fn of(volume: &Volume) -> Self {
+        let voxels = volume.voxels();
+        match with_voxels!(voxels, v => place_of(v)) {
+            Some((file, first)) => Self::File { file, first, path: PathBuf::from(volume.name()) },
+            None => Self::Memory(voxels.clone()),
+        }
+    }
+
+    /// `out.len()` bytes from byte `from` on.
+    pub(crate) fn read(&self, from: usize, out: &mut [u8]) -> Result<()> {
+        match self {
+            Self::Memory(voxels) => out.copy_from_slice(&voxels.bytes_of()[from..from + out.len()]),
+            Self::File { file, first, path } => read_at(file, out, first + from as u64).map_err(|e| Error::io(path, e))?,
+        }
+        Ok(())
+    }
+}
+
 /// Some voxels of an array.
 struct Plain {
-    place: Place,
+    source: Source,
     /// Voxels of the array along x, y, z.
     whole: [usize; 3],
     /// Of so many voxels one is taken, the one at `offset`.
@@ -43,7 +63,7 @@ fn offset(step: usize) -> usize {
 
 /// The level of `volume` that takes one of `steps` voxels along each axis.
 pub(super) fn level(volume: &Volume, steps: [usize; 3]) -> Result<Level> {
-    let (grid, voxels) = (volume.grid(), volume.voxels());
+    let grid = volume.grid();
     let (whole, spacing) = (grid.dims(), grid.spacing());
     // An axis that ends before the middle of the first step keeps its first voxel.
     let offsets = [0, 1, 2].map(|axis| offset(steps[axis]).min(whole[axis] - 1));
@@ -51,13 +71,10 @@ pub(super) fn level(volume: &Volume, steps: [usize; 3]) -> Result<Level> {
     let origin = grid.index_to_world().transform_point3(DVec3::from_array(offsets.map(|n| n as f64)));
     let sizes = DMat3::from_diagonal(DVec3::from_array([0, 1, 2].map(|axis| spacing[axis] * steps[axis] as f64)));
     let coarse = Grid::new(dims, origin, grid.directions() * sizes)?.with_space(grid.space()).with_convention(grid.convention());
-    let each = voxels.voxel_type().bytes();
+    let each = volume.voxels().voxel_type().bytes();
     let sides = [(ROW / each).min(dims[0]), ROWS.min(dims[1]), ROWS.min(dims[2])];
-    let place = match with_voxels!(voxels, v => place_of(v)) {
-        Some((file, first)) => Place::File { file, first, path: PathBuf::from(volume.name()) },
-        None => Place::Memory(voxels.clone()),
-    };
-    Ok(Level::new(coarse, sides, Arc::new(Plain { place, whole, steps, dims, sides, each })))
+    let source = Source::of(volume);
+    Ok(Level::new(coarse, sides, Arc::new(Plain { source, whole, steps, dims, sides, each })))
 }
 
 #[cfg(feature = "formats")]
@@ -82,18 +99,11 @@ impl Bricks for Plain {
         for z in first[2]..first[2] + size[2] {
             for y in first[1]..first[1] + size[1] {
                 let voxel = (along(2, z) * self.whole[1] + along(1, y)) * self.whole[0] + along(0, first[0]);
-                let from = voxel * self.each;
-                let taken = match &self.place {
-                    Place::Memory(voxels) => &voxels.bytes_of()[from..from + span],
-                    Place::File { file, first, path } => {
-                        read_at(file, &mut row, first + from as u64).map_err(|e| Error::io(path, e))?;
-                        &row[..]
-                    }
-                };
+                self.source.read(voxel * self.each, &mut row)?;
                 match (self.steps[0], self.each) {
-                    (1, _) => out.extend_from_slice(taken),
-                    (step, 1) => out.extend(taken.iter().step_by(step)),
-                    (step, each) => taken.chunks_exact(each).step_by(step).for_each(|voxel| out.extend_from_slice(voxel)),
+                    (1, _) => out.extend_from_slice(&row),
+                    (step, 1) => out.extend(row.iter().step_by(step)),
+                    (step, each) => row.chunks_exact(each).step_by(step).for_each(|voxel| out.extend_from_slice(voxel)),
                 }
             }
         }
