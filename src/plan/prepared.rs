@@ -45,8 +45,7 @@ impl VolumeData {
 
     /// All of it for a piece of a larger volume, whose stored values lie in `range`: conversions and tables are made for that.
     pub(crate) fn of_piece(volume: &Volume, range: (f64, f64)) -> Self {
-        let mut bricks = volume.bricks().clone();
-        Arc::make_mut(&mut bricks).range = range;
+        let bricks = Arc::new(Bricks { range, ..Bricks::new(volume.voxels(), volume.grid().dims()) });
         let scaling = Scaling::new(volume, &bricks);
         let packed = if scaling.to_f32.is_none() { Packed::new(volume.voxels(), volume.grid().dims()) } else { None };
         Self { bricks, coefficients: None, packed, scaling, colors: None }
