@@ -69,7 +69,8 @@ pub(super) fn run(file: &SceneFile, memory: u64, settings: Settings, bar: &Arc<B
     }
     let mut clock = Clock::default();
     let start = Instant::now();
-    let limits = Limits::within(memory).map_bytes(settings.limits.map_bytes.min(1 << 20));
+    // What is mapped is not looked at through the mapping, so that holds with --no-mmap too.
+    let limits = Limits::within(memory).map_bytes(1 << 20);
     let levels = file.volume().load_levels(&limits, Some(bar.clone()));
     bar.clear();
     let levels = levels?;

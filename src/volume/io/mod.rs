@@ -26,7 +26,7 @@
 //! Large files that hold voxels as they are needed are mapped instead of read; see [`Limits::map_bytes`], also for what that asks of a
 //! file.
 //!
-//! Volumes are written by [`write()`], as NRRD, NIfTI, MetaImage, NumPy and raw files.
+//! Volumes are written by [`write()`], as NRRD, NIfTI, MetaImage, NumPy and raw files; with levels of detail, as OME-Zarr, by `write_pyramid`.
 //!
 //! A format is a file here that declares one `Reader`: its name, its extensions, what of it is read, how it is recognised, and how it is
 //! read. A line in `formats!` below makes it known. What is recognised and not read stands in `refused.rs`. Readers work on a `Store`: a
