@@ -20,7 +20,13 @@ fn header(n: u64) -> String {
     format!("NRRD0004\ntype: uint8\ndimension: 3\nsizes: {n} {n} {n}\nencoding: raw\nspacings: 1 1 1\n\n")
 }
 
-/// Opaque shells around a core, finer ripples on them, and noise of two steps.
+/// Each number becomes the mean of those around it.
+fn smoothed(values: &[f64], reach: usize) -> Vec<f64> {
+    let around = |i: usize| &values[i.saturating_sub(reach)..(i + reach + 1).min(values.len())];
+    (0..values.len()).map(|i| around(i).iter().sum::<f64>() / around(i).len() as f64).collect()
+}
+
+/// Shells around a core, as smooth as a scanner leaves them, finer ripples on them, and noise of three steps.
 fn body(n: usize, path: &str) -> Result<(), Anything> {
     let mut out = BufWriter::with_capacity(1 << 20, File::create(path)?);
     out.write_all(header(n as u64).as_bytes())?;
@@ -30,16 +36,17 @@ fn body(n: usize, path: &str) -> Result<(), Anything> {
     };
     let squares: Vec<usize> = (0..n).map(square).collect();
     // By the distance from the middle, squared: 4096 is the face of the box.
-    let shells: Vec<u8> = (0..=3 * 4096)
+    let sharp: Vec<f64> = (0..=3 * 4096)
         .map(|r| match r {
-            0..600 => 200 - (r / 12) as u8,
-            600..1500 => 60,
-            1500..1900 => 150,
-            1900..3000 => 70,
-            3000..3200 => 110,
-            _ => 8,
+            0..600 => 200.0 - f64::from(r) / 12.0,
+            600..1500 => 60.0,
+            1500..1900 => 150.0,
+            1900..3000 => 70.0,
+            3000..3200 => 110.0,
+            _ => 8.0,
         })
         .collect();
+    let shells: Vec<u8> = smoothed(&smoothed(&sharp, 18), 18).into_iter().map(|v| v as u8).collect();
     let ripples: Vec<u8> = (0..256).map(|i: i32| (12 - (i % 128 - 64).abs() * 12 / 64) as u8).collect();
     let step = (8 * 256 / n).max(1);
     let mut row = vec![0u8; n];

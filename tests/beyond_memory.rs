@@ -209,7 +209,7 @@ fn levels_of_other_files_are_mapped_whatever_their_size() {
     let levels = io::read_levels(&path, &Reading::new().limits(Limits::within(64 << 20))).unwrap();
     assert_eq!(levels.grid().dims(), [5120, 2048, 2048]);
     let scene = Scene::new(Phantom::SheppLogan.default_transfer(80)).with_size(40, 40).unwrap();
-    let (picture, _, pages) = PagedRenderer::new(levels, Settings::new().threads(2), 64 << 20).render(&scene).unwrap();
+    let (picture, _, pages) = PagedRenderer::new(levels, Settings::new().threads(2), 128 << 20).render(&scene).unwrap();
     assert!(picture.pixels().iter().all(|p| *p == picture.pixels()[0]));
     assert!(pages.bytes_read < 1 << 30, "{pages:?}");
     // What is compressed has to fit into the limit.
@@ -218,4 +218,65 @@ fn levels_of_other_files_are_mapped_whatever_their_size() {
     let refused = io::read_levels(&packed, &Reading::new().limits(Limits::within(1 << 16))).unwrap_err();
     assert!(matches!(refused, Error::Limit { .. }), "{refused}");
     assert!(Levels::of_volume(&io::read(&packed, &Limits::default()).unwrap()).is_ok());
+}
+
+#[cfg(feature = "cli")]
+mod command {
+    use super::*;
+    use std::process::{Command, Output};
+
+    fn slicestack(folder: &Path, args: &[&str]) -> Output {
+        Command::new(env!("CARGO_BIN_EXE_slicestack")).current_dir(folder).args(args).output().unwrap()
+    }
+
+    fn stats(folder: &Path) -> serde_json::Value {
+        serde_json::from_slice(&std::fs::read(folder.join("s.json")).unwrap()).unwrap()
+    }
+
+    #[test]
+    fn the_command_renders_within_a_limit_and_writes_levels() {
+        let folder = TempDir::new().unwrap();
+        let dir = folder.path();
+        let volume = Phantom::SheppLogan.volume(100).unwrap();
+        io::write(&volume, dir.join("v.nrrd"), &Writing::new()).unwrap();
+        let made = slicestack(dir, &["convert", "v.nrrd", "v.ome.zarr"]);
+        assert!(made.status.success(), "{made:?}");
+        let render = ["--size", "120x110", "--azimuth", "30", "--stats", "s.json", "-o", "p.png"];
+        let mut sums = Vec::new();
+        for (input, memory) in [("v.nrrd", "100MiB"), ("v.nrrd", "1GiB"), ("v.ome.zarr", "64MiB"), ("v.ome.zarr", "1GiB")] {
+            let done = slicestack(dir, &[&["render", input, "--memory", memory][..], &render].concat());
+            assert!(done.status.success(), "{done:?}");
+            let told = stats(dir);
+            assert!(told["pages"]["bytes_read"].as_u64().unwrap() > 0 && told["error_estimate"].as_f64().unwrap() > 0.0, "{told}");
+            assert_eq!(told["volume"]["dimensions"], serde_json::json!([100, 100, 100]));
+            sums.push(told["sha256"].clone());
+        }
+        assert!(sums[0] == sums[1] && sums[2] == sums[3], "{sums:?}");
+    }
+
+    #[test]
+    fn the_command_refuses_in_one_line_what_needs_the_whole() {
+        let folder = TempDir::new().unwrap();
+        let dir = folder.path();
+        io::write(&Phantom::SheppLogan.volume(20).unwrap(), dir.join("v.nrrd"), &Writing::new()).unwrap();
+        for (args, status, word) in [
+            (&["turntable", "v.nrrd", "--memory", "1GiB", "-o", "t.gif"][..], 2, "`render` alone"),
+            (&["explain", "v.nrrd", "--memory", "1GiB", "-o", "page"], 2, "`render` alone"),
+            (&["report", "v.nrrd", "--memory", "1GiB", "-o", "page"], 2, "`render` alone"),
+            (&["render", "v.nrrd", "--memory", "1GiB", "--render.blend", "mip"], 2, "blend is over"),
+            (&["render", "v.nrrd", "--memory", "1GiB", "--aov", "depth"], 2, "planes"),
+            (&["render", "v.nrrd", "--memory", "1GiB", "--annotate.box", "true"], 2, "annotations"),
+            (&["render", "v.nrrd", "--memory", "5 apples"], 2, "such as 1GiB"),
+            (&["render", "v.nrrd", "--memory", "2MiB"], 1, "bytes of memory"),
+            (&["convert", "v.nrrd", "w.ome.zarr", "--compress"], 2, "--compress"),
+        ] {
+            let refused = slicestack(dir, args);
+            let said = String::from_utf8(refused.stderr).unwrap();
+            assert_eq!(refused.status.code(), Some(status), "{args:?}: {said}");
+            assert!(said.contains(word), "{args:?}: {said}");
+            assert_eq!(said.lines().filter(|line| line.starts_with("error")).count(), 1, "{args:?}: {said}");
+        }
+        let left: Vec<_> = std::fs::read_dir(dir).unwrap().map(|e| e.unwrap().file_name()).collect();
+        assert_eq!(left, ["v.nrrd"]);
+    }
 }

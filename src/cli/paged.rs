@@ -69,8 +69,9 @@ pub(super) fn run(file: &SceneFile, memory: u64, settings: Settings, bar: &Arc<B
     }
     let mut clock = Clock::default();
     let start = Instant::now();
-    // What is mapped is not looked at through the mapping, so that holds with --no-mmap too.
-    let limits = Limits::within(memory).map_bytes(1 << 20);
+    // Small files are mapped too, unless none may be.
+    let map_bytes = if settings.limits.map_bytes == u64::MAX { u64::MAX } else { 1 << 20 };
+    let limits = Limits::within(memory).map_bytes(map_bytes);
     let levels = file.volume().load_levels(&limits, Some(bar.clone()));
     bar.clear();
     let levels = levels?;

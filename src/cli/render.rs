@@ -57,10 +57,6 @@ pub(super) struct RenderArgs {
     /// Tell on stderr where the work went, what the picture did not need, and why.
     #[arg(long)]
     explain: bool,
-    /// Hold no more of the volume than about this many bytes, such as 1GiB, the picture among them: of its file those voxels are read that the
-    /// picture needs, as fine as it needs them. The picture is the same for any size.
-    #[arg(long, value_name = "SIZE", value_parser = super::paged::bytes, conflicts_with = "aov")]
-    memory: Option<u64>,
     /// Worker threads; one per core unless given. The picture is the same for any number.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=4096))]
     threads: Option<u64>,
@@ -92,7 +88,7 @@ pub(super) fn formats() -> PossibleValuesParser {
 
 pub(super) fn run(args: &RenderArgs) -> Result<()> {
     let settings_level = level(&args.simd)?;
-    let (text, overrides) = args.scene.read()?;
+    let (text, overrides) = args.scene.read_for_pieces()?;
     let sink = Sink::new(&args.output)?;
     let (format, depth) = encoding(&sink, args.format.as_deref(), &args.depth)?;
     let stats_sink = args.stats.as_deref().map(Sink::new).transpose()?;
@@ -115,6 +111,9 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
     }
     if args.show && !stdout().is_terminal() {
         bail!(Usage("--show: stdout is no terminal".into()));
+    }
+    if args.scene.memory.is_some() && !args.aov.is_empty() {
+        bail!(Usage("--aov: planes are looked up in the whole volume; leave out --memory".into()));
     }
     let planes = Planes::new(args, &sink, &inputs)?;
     let saved = args.save_scene.as_deref().map(SavedScene::new).transpose()?;
@@ -151,7 +150,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
             saved.sink.spare("scene saved by this command", is_saved_scene, &[path])?;
         }
     }
-    if let Some(memory) = args.memory {
+    if let Some(memory) = args.scene.memory {
         let out = Outputs {
             sink: &sink,
             format,

@@ -14,14 +14,12 @@ use std::sync::Arc;
 #[derive(Debug)]
 pub(crate) struct Mapped<T> {
     map: Arc<Mmap>,
-    /// The file, and the byte of it at which the numbers begin.
-    place: Option<(Arc<File>, u64)>,
     kind: PhantomData<T>,
 }
 
 impl<T> Clone for Mapped<T> {
     fn clone(&self) -> Self {
-        Self { map: self.map.clone(), place: self.place.clone(), kind: PhantomData }
+        Self { map: self.map.clone(), kind: PhantomData }
     }
 }
 
@@ -45,13 +43,16 @@ impl<T: Pod> Mapped<T> {
         #[cfg(unix)]
         drop(map.advise(memmap2::Advice::WillNeed));
         // A page starts at a multiple of any alignment here, but that is the system's word.
-        let place = file.try_clone().ok().map(|file| (Arc::new(file), first));
-        Ok(bytemuck::try_cast_slice::<u8, T>(&map).is_ok().then(|| Self { map: Arc::new(map), place, kind: PhantomData }))
+        Ok(bytemuck::try_cast_slice::<u8, T>(&map).is_ok().then(|| Self { map: Arc::new(map), kind: PhantomData }))
     }
 
-    /// The file, and the byte of it at which the numbers begin: to read some of them without keeping their pages.
-    pub(crate) fn place(&self) -> Option<&(Arc<File>, u64)> {
-        self.place.as_ref()
+    /// Lets go of the pages that were looked at: they count as this process's memory no longer, and are brought again when they are looked at
+    /// again. Where the system has no way to do so, nothing happens.
+    pub(crate) fn let_go(&self) {
+        // SAFETY: the mapping is private and was never written to, so each page holds what the file holds; a page that is let go is
+        // brought from the file when it is read next, with the same bytes. No reference becomes invalid: the addresses stay mapped.
+        #[cfg(unix)]
+        drop(unsafe { self.map.unchecked_advise(memmap2::UncheckedAdvice::DontNeed) });
     }
 
     /// The numbers.
@@ -65,6 +66,18 @@ impl<T: Pod> Mapped<T> {
 mod tests {
     use super::*;
     use std::io::Write;
+
+    #[test]
+    fn numbers_that_were_let_go_come_back() {
+        let mut file = tempfile::tempfile().expect("file");
+        let bytes: Vec<u8> = (0..100_000u32).map(|i| (i % 251) as u8).collect();
+        file.write_all(&bytes).expect("write");
+        let mapped = Mapped::<u8>::new(&file, 4097, 90_000).expect("map").expect("aligned and inside");
+        let slice = mapped.as_slice();
+        assert_eq!(slice, &bytes[4097..94_097]);
+        mapped.clone().let_go();
+        assert_eq!(slice, &bytes[4097..94_097]);
+    }
 
     #[test]
     fn numbers_are_those_of_the_file_or_refused() {

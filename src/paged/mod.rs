@@ -11,7 +11,7 @@
 //! together from bricks and rendered as a volume of its own by the plan, the tables and the stages of every other picture. Its pixels keep
 //! what they have gathered and go on with the next piece (`raster/resume.rs`), so that no slab is cut and no sum is made twice.
 //!
-//! - **Which level.** The coarsest whose voxels are not larger than a pixel at the slice's depth, or a number of levels finer. The number
+//! - **Which level.** The one whose voxels are nearest to a pixel in size at the slice's depth, or one a number of levels finer. The number
 //!   grows until the picture is as near to one of two levels finer as the scene's tolerance asks (1/256 where it gives none): some blocks
 //!   judge, drawn where the picture is rough ([`PageStats::level_error`]).
 //! - **How many slices.** As the scene says. To a tolerance, the blocks that judge have four times as many, and what is worse, levels or
@@ -265,7 +265,8 @@ impl PagedRenderer {
         let each = self.levels.voxel_type().bytes() as u64;
         // A piece, and 8- and 16-bit voxels packed with their neighbours; bricks and their windows are a share of that.
         let piece = PIECE as u64 * (each + if each <= 2 { 2 * each } else { 0 } + 1);
-        let needed = BASE + 3 * 16 * u64::from(width) * u64::from(height) + threads * (piece + Pages::largest(&self.levels));
+        let held = self.levels.levels()[0].bricks().held();
+        let needed = BASE + held + 3 * 16 * u64::from(width) * u64::from(height) + threads * (piece + Pages::largest(&self.levels));
         match self.memory.checked_sub(needed).filter(|&left| left >= LEAST) {
             Some(left) => Ok(left),
             None => Err(Error::invalid(format!(
@@ -354,7 +355,9 @@ impl PagedRenderer {
             let level_error = if at_finest { 0.0 } else { judge(job, count, finer + BELOW)? };
             let error = if several { judge(job, (4 * count).min(MOST), finer + BELOW)? } else { level_error };
             let slices_may = tolerance.is_some() && 2 * count <= MOST;
-            if error <= goal || at_finest && !slices_may {
+            // A number of slices that the scene gives is not changed for an error.
+            let decides = if tolerance.is_some() { error } else { level_error };
+            if decides <= goal || at_finest && !slices_may {
                 return Ok(made(Some(error), level_error));
             }
             // What is worse is refined.

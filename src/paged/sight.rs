@@ -8,6 +8,9 @@ use std::ops::Range;
 /// Voxels around those that trilinear lookups touch: gradients look one further.
 const HALO: i64 = 1;
 
+/// Pixels along a voxel's side, at most, where no error asks for smaller ones: of two levels the one nearer to a pixel is taken.
+const LARGEST: f64 = 1.414;
+
 /// A box of voxels: the first one, and how many, along x, y and z.
 pub(super) type VoxelBox = ([usize; 3], [usize; 3]);
 
@@ -49,12 +52,11 @@ impl Sight {
         Stack { index, dims: size, ..self.stack.clone() }
     }
 
-    /// The coarsest level whose voxels are not larger than a pixel at `depth`, or one `finer` levels below it.
+    /// The coarsest level whose voxels are not larger than [`LARGEST`] pixels at `depth`, or one `finer` levels below it.
     fn level_at(&self, depth: f64, finer: usize) -> usize {
         let view = &self.stack.view;
         let pixel = if view.perspective { view.scale * depth } else { view.scale };
-        // Sizes that are meant to be equal may differ in their last digits.
-        let level = self.seen.iter().rposition(|seen| seen.size <= pixel * (1.0 + 1e-9)).unwrap_or(0);
+        let level = self.seen.iter().rposition(|seen| seen.size <= pixel * LARGEST).unwrap_or(0);
         level.saturating_sub(finer)
     }
 

@@ -26,7 +26,7 @@ fn head(size: usize) -> Volume {
 }
 
 fn scene(size: usize) -> Scene {
-    Scene::new(Phantom::SheppLogan.default_transfer(size)).with_size(75, 52).unwrap()
+    Scene::new(Phantom::SheppLogan.default_transfer(size)).with_size(110, 90).unwrap()
 }
 
 fn inside(volume: &Volume) -> Camera {
@@ -129,18 +129,26 @@ fn distinct(pages: &PageStats) -> u64 {
 #[test]
 fn levels_follow_the_pixels_and_their_error_is_estimated() {
     let size = 256;
-    for phantom in [Phantom::SheppLogan, Phantom::Cloud, Phantom::MarschnerLobb] {
+    let mut coarse = 0;
+    for phantom in [Phantom::SheppLogan, Phantom::Cloud, Phantom::MarschnerLobb, Phantom::Hydrogen, Phantom::DistanceField] {
         let volume = phantom.volume(size).unwrap();
         let scene = Scene::new(phantom.default_transfer(size)).with_size(72, 64).unwrap();
         let scene = scene.with_camera(Camera::orbit(35.0, 20.0).unwrap());
         let (plain, _) = Renderer::new(&volume, Settings::default()).render(&scene).unwrap();
         let (picture, stats, pages) = paged(&volume, &scene, MEMORY, 2);
-        let (is, told) = (rms(&plain, &picture), stats.error_estimate.unwrap());
-        assert!(is < USUAL_TOLERANCE, "{phantom:?}: {is:e}, told {told:e}");
+        let is = rms(&plain, &picture);
+        assert!(is < USUAL_TOLERANCE, "{phantom:?}: {is:e}, {pages:?}");
+        assert_eq!(pages.level_error, stats.error_estimate.unwrap_or(0.0));
+        // What needed the finest level has no error of levels.
+        let Some(told) = stats.error_estimate else {
+            assert!(is < 2e-6, "{phantom:?}: {is:e}");
+            continue;
+        };
+        coarse += 1;
         assert!(told <= USUAL_TOLERANCE && told > 0.4 * is, "{phantom:?}: {is:e}, told {told:e}");
-        assert_eq!(pages.level_error, told);
-        assert!(pages.pieces.len() > 1, "{phantom:?}: some level above the finest: {pages:?}");
+        assert!(pages.pieces.len() > 1, "{phantom:?}: {pages:?}");
     }
+    assert!(coarse >= 2, "{coarse} pictures of coarser levels");
 }
 
 #[test]
@@ -198,7 +206,7 @@ fn what_is_not_made_in_pieces_is_refused_in_one_line() {
     }
     let levels = Levels::of_volume(&head(20)).unwrap();
     let said = PagedRenderer::new(levels, Settings::new().threads(2), 1 << 20).render(&base).unwrap_err().to_string();
-    assert!(said.starts_with("1048576 bytes of memory: a picture of 75 x 52 in 2 threads takes "), "{said}");
+    assert!(said.starts_with("1048576 bytes of memory: a picture of 110 x 90 in 2 threads takes "), "{said}");
 }
 
 #[test]

@@ -86,10 +86,12 @@ impl<T: Pod> Buffer<T> {
         }
     }
 
-    /// The file that the numbers lie in, and the byte of it at which they begin.
-    #[cfg(feature = "formats")]
-    pub(crate) fn place(&self) -> Option<&(Arc<std::fs::File>, u64)> {
-        if let Place::File(mapped) = &self.0 { mapped.place() } else { None }
+    /// Lets go of the pages of a mapped file that were looked at: see [`Mapped::let_go`].
+    pub(crate) fn let_go(&self) {
+        #[cfg(feature = "formats")]
+        if let Place::File(mapped) = &self.0 {
+            mapped.let_go();
+        }
     }
 
     #[cfg(feature = "formats")]

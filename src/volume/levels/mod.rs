@@ -32,6 +32,11 @@ pub(crate) trait Bricks: Send + Sync {
         0
     }
 
+    /// Bytes of a file that stay in memory between reads, at most.
+    fn held(&self) -> u64 {
+        0
+    }
+
     /// Least and greatest finite stored value of brick `at`, where that is known without reading it; least above greatest where none is
     /// finite.
     fn range(&self, at: [usize; 3]) -> Option<(f32, f32)> {

@@ -5,40 +5,46 @@
 
 use super::{Bricks, Level};
 use crate::volume::{Grid, Volume, Voxels, with_voxels};
-use crate::{Error, Result};
+use crate::Result;
 use glam::{DMat3, DVec3};
-use std::fs::File;
-use std::path::PathBuf;
+use std::ops::Range;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Bytes of a row of a brick, about: one read of a file, of not so many bytes that most of them are for nothing.
+/// Bytes of a row of a brick, about.
 const ROW: usize = 256;
 /// Rows and planes of a brick.
 const ROWS: usize = 16;
 
-/// The bytes of an array's voxels, wherever they are.
-pub(crate) enum Source {
-    Memory(Voxels),
-    File { file: Arc<File>, first: u64, path: PathBuf },
+/// Bytes of a mapped file that may be in memory before they are let go.
+pub(crate) const HELD: u64 = 32 << 20;
+/// Bytes beside those that are looked at which the system brings with them, at most.
+const BESIDE: u64 = 128 << 10;
+
+/// An array's voxels. Pages of a mapped file are let go when enough of them have been looked at.
+pub(crate) struct Source {
+    voxels: Voxels,
+    looked_at: AtomicU64,
 }
 
 impl Source {
-    /// Those of `volume`: read from its file where that is mapped.
+    /// Those of `volume`.
     pub(crate) fn of(volume: &Volume) -> Self {
-        let voxels = volume.voxels();
-        match with_voxels!(voxels, v => place_of(v)) {
-            Some((file, first)) => Self::File { file, first, path: PathBuf::from(volume.name()) },
-            None => Self::Memory(voxels.clone()),
-        }
+        Self { voxels: volume.voxels().clone(), looked_at: AtomicU64::new(0) }
     }
 
-    /// `out.len()` bytes from byte `from` on.
-    pub(crate) fn read(&self, from: usize, out: &mut [u8]) -> Result<()> {
-        match self {
-            Self::Memory(voxels) => out.copy_from_slice(&voxels.bytes_of()[from..from + out.len()]),
-            Self::File { file, first, path } => read_at(file, out, first + from as u64).map_err(|e| Error::io(path, e))?,
+    /// The bytes in `range`.
+    pub(crate) fn bytes(&self, range: Range<usize>) -> &[u8] {
+        &self.voxels.bytes_of()[range]
+    }
+
+    /// Tells that so many bytes in a row have been looked at.
+    pub(crate) fn looked_at(&self, bytes: usize) {
+        let bytes = bytes as u64 + BESIDE;
+        if self.voxels.is_mapped() && self.looked_at.fetch_add(bytes, Ordering::Relaxed) + bytes > HELD {
+            self.looked_at.store(0, Ordering::Relaxed);
+            with_voxels!(&self.voxels, v => v.let_go());
         }
-        Ok(())
     }
 }
 
@@ -77,17 +83,11 @@ pub(super) fn level(volume: &Volume, steps: [usize; 3]) -> Result<Level> {
     Ok(Level::new(coarse, sides, Arc::new(Plain { source, whole, steps, dims, sides, each })))
 }
 
-#[cfg(feature = "formats")]
-fn place_of<T: bytemuck::Pod>(buffer: &crate::volume::Buffer<T>) -> Option<(Arc<File>, u64)> {
-    buffer.place().cloned()
-}
-
-#[cfg(not(feature = "formats"))]
-fn place_of<T: bytemuck::Pod>(_: &crate::volume::Buffer<T>) -> Option<(Arc<File>, u64)> {
-    None
-}
-
 impl Bricks for Plain {
+    fn held(&self) -> u64 {
+        if self.source.voxels.is_mapped() { HELD } else { 0 }
+    }
+
     fn read(&self, at: [usize; 3]) -> Result<(Vec<u8>, u64)> {
         let first = [0, 1, 2].map(|axis| at[axis] * self.sides[axis]);
         let size = [0, 1, 2].map(|axis| self.sides[axis].min(self.dims[axis] - first[axis]));
@@ -95,49 +95,19 @@ impl Bricks for Plain {
         // From the first to the last voxel of a row, with those between that are not taken.
         let along = |axis: usize, n: usize| offset(self.steps[axis]).min(self.whole[axis] - 1) + n * self.steps[axis];
         let span = ((size[0] - 1) * self.steps[0] + 1) * self.each;
-        let mut row = vec![0; span];
         for z in first[2]..first[2] + size[2] {
             for y in first[1]..first[1] + size[1] {
                 let voxel = (along(2, z) * self.whole[1] + along(1, y)) * self.whole[0] + along(0, first[0]);
-                self.source.read(voxel * self.each, &mut row)?;
+                let row = self.source.bytes(voxel * self.each..voxel * self.each + span);
                 match (self.steps[0], self.each) {
-                    (1, _) => out.extend_from_slice(&row),
+                    (1, _) => out.extend_from_slice(row),
                     (step, 1) => out.extend(row.iter().step_by(step)),
                     (step, each) => row.chunks_exact(each).step_by(step).for_each(|voxel| out.extend_from_slice(voxel)),
                 }
             }
+            self.source.looked_at(((size[1] - 1) * self.steps[1] * self.whole[0] + size[0]) * self.each);
         }
         let read = (span * size[1] * size[2]) as u64;
         Ok((out, read))
     }
-}
-
-/// Fills `out` from byte `at` of `file` on; others may read it at the same time.
-#[cfg(unix)]
-fn read_at(file: &File, out: &mut [u8], at: u64) -> std::io::Result<()> {
-    std::os::unix::fs::FileExt::read_exact_at(file, out, at)
-}
-
-/// Fills `out` from byte `at` of `file` on; others may read it at the same time.
-#[cfg(windows)]
-fn read_at(file: &File, out: &mut [u8], at: u64) -> std::io::Result<()> {
-    let mut done = 0;
-    while done < out.len() {
-        match std::os::windows::fs::FileExt::seek_read(file, &mut out[done..], at + done as u64)? {
-            0 => return Err(std::io::ErrorKind::UnexpectedEof.into()),
-            n => done += n,
-        }
-    }
-    Ok(())
-}
-
-/// Fills `out` from byte `at` of `file` on, one reader after the other.
-#[cfg(not(any(unix, windows)))]
-fn read_at(file: &File, out: &mut [u8], at: u64) -> std::io::Result<()> {
-    use std::io::{Read, Seek, SeekFrom};
-    static TURN: std::sync::Mutex<()> = std::sync::Mutex::new(());
-    let _turn = TURN.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-    let mut file = file;
-    file.seek(SeekFrom::Start(at))?;
-    file.read_exact(out)
 }
