@@ -109,6 +109,7 @@ mod lanes;
 mod lean;
 mod memory;
 mod opengl;
+pub mod paged;
 pub mod picture;
 mod plan;
 #[cfg(feature = "scene-file")]

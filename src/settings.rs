@@ -27,18 +27,33 @@ pub struct Limits {
     /// A mapped file must not be cut short while the volume lives: the system then ends the process with SIGBUS (on Windows it
     /// refuses the cut). Let files be read instead that others rewrite in place, or that lie on a network drive that may go away.
     pub map_bytes: u64,
+    /// Most bytes the voxels of a mapped file may take: they lie in the file, and memory holds no more of them than are looked at.
+    pub mapped_bytes: u64,
 }
 
 impl Limits {
-    /// 16 GiB of voxels, 1 MiB of header; files of 16 MiB of voxels and more are mapped.
+    /// 16 GiB of voxels, mapped or not, 1 MiB of header; files of 16 MiB of voxels and more are mapped.
     pub const fn new() -> Self {
-        Self { voxel_bytes: 16 << 30, header_bytes: 1 << 20, map_bytes: 16 << 20 }
+        Self { voxel_bytes: 16 << 30, header_bytes: 1 << 20, map_bytes: 16 << 20, mapped_bytes: 16 << 30 }
     }
 
-    /// The limits with another most for the bytes of a volume's voxels.
+    /// The limits for a volume of which no more than `memory` bytes are held at a time: voxels that can be mapped may be as many as there are.
+    pub const fn within(memory: u64) -> Self {
+        Self { voxel_bytes: memory, mapped_bytes: u64::MAX, ..Self::new() }
+    }
+
+    /// The limits with another most for the bytes of a volume's voxels, mapped or not.
     #[must_use]
     pub const fn voxel_bytes(mut self, bytes: u64) -> Self {
         self.voxel_bytes = bytes;
+        self.mapped_bytes = bytes;
+        self
+    }
+
+    /// The limits with another most for the bytes of the voxels of a mapped file.
+    #[must_use]
+    pub const fn mapped_bytes(mut self, bytes: u64) -> Self {
+        self.mapped_bytes = bytes;
         self
     }
 

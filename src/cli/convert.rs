@@ -24,7 +24,7 @@ pub(super) struct ConvertArgs {
     /// Volume file or folder, or a scene file whose volume is meant; - for stdin.
     #[arg(value_name = "IN")]
     input: PathBuf,
-    /// File to write: .nrrd, .nii, .mha, .npy or .raw; .nii.gz, .npy.gz or .raw.gz; - for stdout.
+    /// File to write: .nrrd, .nii, .mha, .npy or .raw; .nii.gz, .npy.gz or .raw.gz; - for stdout. Or .ome.zarr: a new folder with levels of detail.
     #[arg(value_name = "OUT")]
     output: PathBuf,
     /// Format, where the name of OUT does not tell it; NRRD for stdout unless given.
@@ -66,6 +66,7 @@ Examples:
   slicestack convert ct.nrrd small.nrrd --spacing 2 --compress
   slicestack convert ct.nrrd ct8.nii --type u8 --scale -1000,1000
   slicestack convert head.mha - --format nrrd | slicestack render - -o head.png
+  slicestack convert huge.nrrd huge.ome.zarr                    levels of detail: render them with --memory 1GiB
 
 A large .nrrd, .nii, .mha, .npy or .raw file that is not compressed is mapped when it is rendered, which takes no time to read and no
 memory that others cannot have. What a format does not keep is told. An older OUT gives way where slicestack wrote it; .npy and .raw carry
@@ -180,8 +181,43 @@ fn flag(name: &str) -> impl Fn(Error) -> anyhow::Error {
     }
 }
 
+/// Writes the levels of a volume of any size to a new folder.
+fn pyramid(args: &ConvertArgs, plan: &Plan) -> Result<()> {
+    for (flag, given) in [("compress", args.compress), ("format", args.format.is_some()), ("force", args.force)] {
+        if given {
+            bail!(Usage(format!("--{flag}: an .ome.zarr folder is new, and its chunks are as large as their voxels; leave it out")));
+        }
+    }
+    let mut overrides = Overrides::default();
+    let text = scene_of(Some(&args.input), &mut overrides);
+    args.flags.apply(&mut overrides)?;
+    let source = text.open(&overrides)?;
+    let limits = args.reading.limits().mapped_bytes(u64::MAX);
+    let volume = load(source.volume(), &limits)?;
+    let bar = Arc::new(Bar::new());
+    let volume = plan.apply(volume, &limits, &bar);
+    bar.clear();
+    let volume = volume?;
+    go_on()?;
+    let written = io::write_pyramid(&volume, &args.output, &Writing::new().progress(bar.clone()));
+    bar.clear();
+    let written = written?;
+    written.notes.iter().for_each(|note| complain("note", note));
+    let [x, y, z] = volume.grid().dims();
+    tell!(
+        "{}: {x} x {y} x {z} voxels of {} and coarser levels in {} bytes of OME-Zarr",
+        args.output.display(),
+        written.voxel_type,
+        written.bytes
+    );
+    Ok(())
+}
+
 pub(super) fn run(args: &ConvertArgs) -> Result<()> {
     let plan = Plan::new(args)?;
+    if args.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("zarr")) {
+        return pyramid(args, &plan);
+    }
     let sink = Sink::new(&args.output)?;
     let named = args.format.as_deref().and_then(WriteFormat::from_extension);
     let format = match (named, &sink) {

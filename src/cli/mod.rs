@@ -17,6 +17,7 @@ mod lesson;
 mod manual;
 mod movie;
 mod output;
+mod paged;
 mod presets;
 mod progress;
 mod render;

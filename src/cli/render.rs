@@ -1,6 +1,7 @@
 //! `slicestack render`.
 
 use super::output::{Outputs, Sink, encoding, is_picture, is_plane, is_statistics, print};
+use super::paged;
 use super::progress::Bar;
 use super::saved::{SavedScene, is_saved_scene};
 use super::scene::{SceneArgs, level, load, threads};
@@ -13,7 +14,7 @@ use slicestack::annotate::{annotate, check};
 use slicestack::picture::{Aov, Depth, Format, Metadata, PlaneFormat};
 use slicestack::proof::Provenance;
 use slicestack::scene::{ResolvedScene, Slicing};
-use slicestack::{Error, Renderer, Settings};
+use slicestack::{Error, Picture, Renderer, Settings};
 use std::io::{IsTerminal, stderr, stdout};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -77,7 +78,8 @@ Examples:
   slicestack render ct.raw --volume.dimensions 256,256,113 --volume.type i16 --volume.spacing 1,1,2
   slicestack render scene.toml --slices.count 1024 --fog.mode exp2 --fog.density 0.01
   slicestack render scene.toml -o - --format npy | python3 -c 'import sys, numpy; ...'
-  slicestack render head.nrrd --preset mr-brain --save-scene head.toml";
+  slicestack render head.nrrd --preset mr-brain --save-scene head.toml
+  slicestack render huge.ome.zarr --memory 1GiB -o huge.png      a volume larger than memory";
 
 /// What `--format` takes: each format by its usual extension, with the others as further names.
 pub(super) fn formats() -> PossibleValuesParser {
@@ -87,7 +89,7 @@ pub(super) fn formats() -> PossibleValuesParser {
 
 pub(super) fn run(args: &RenderArgs) -> Result<()> {
     let settings_level = level(&args.simd)?;
-    let (text, overrides) = args.scene.read()?;
+    let (text, overrides) = args.scene.read_for_pieces()?;
     let sink = Sink::new(&args.output)?;
     let (format, depth) = encoding(&sink, args.format.as_deref(), &args.depth)?;
     let stats_sink = args.stats.as_deref().map(Sink::new).transpose()?;
@@ -110,6 +112,9 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
     }
     if args.show && !stdout().is_terminal() {
         bail!(Usage("--show: stdout is no terminal".into()));
+    }
+    if args.scene.memory.is_some() && !args.aov.is_empty() {
+        bail!(Usage("--aov: planes are looked up in the whole volume; leave out --memory".into()));
     }
     let planes = Planes::new(args, &sink, &inputs)?;
     let saved = args.save_scene.as_deref().map(SavedScene::new).transpose()?;
@@ -144,6 +149,20 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
         if let Some(saved) = &saved {
             saved.sink.spare("scene saved by this command", is_saved_scene, &[path])?;
         }
+    }
+    if let Some(memory) = args.scene.memory {
+        let out = paged::Targets {
+            sink: &sink,
+            format,
+            depth,
+            stats: stats_sink.as_ref(),
+            saved,
+            show: args.show,
+            explain: args.explain,
+            metadata: !args.no_metadata,
+            repeat: args.repeat,
+        };
+        return paged::run(&scene_file, memory, settings, &bar, out);
     }
     let volume = load(scene_file.volume(), &settings.limits)?;
     sink.spare_read()?;
@@ -204,9 +223,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
     }
     outputs.finish()?;
     if args.show {
-        let png = picture.encode(Format::Png, Depth::Eight)?;
-        let protocol = show::Protocol::of(|name| std::env::var(name).ok());
-        print(show::shown(&picture, &png, protocol, show::size()).as_bytes())?;
+        shown(&picture)?;
     }
     if let Some(error) = stats.error_estimate.filter(|_| args.estimate) {
         tell!("estimated RMS error of the colours: {error:.2e} in {}", stats::counted(stats.slices, "slice"));
@@ -229,10 +246,17 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
             tell!("{told}: the scene asks for no number of slices\n");
         }
         tell!("{}", stats::explain(&stats, &picture).trim_end_matches('\n'));
-    } else if let (Sink::File(path), true) = (&sink, stderr().is_terminal()) {
+    } else if let Sink::File(path) = &sink {
         tell_written(path, format, clock);
     }
     Ok(())
+}
+
+/// Shows `picture` in the terminal.
+pub(super) fn shown(picture: &Picture) -> Result<()> {
+    let png = picture.encode(Format::Png, Depth::Eight)?;
+    let protocol = show::Protocol::of(|name| std::env::var(name).ok());
+    print(show::shown(picture, &png, protocol, show::size()).as_bytes())
 }
 
 /// Refuses annotations where pictures are arrays of numbers: whoever reads them computes with them, and ink is no result.
@@ -282,7 +306,11 @@ impl Planes {
     }
 }
 
-fn tell_written(path: &Path, format: Format, clock: Clock) {
+/// Tells on a terminal what was written, and how long that took.
+pub(super) fn tell_written(path: &Path, format: Format, clock: Clock) {
+    if !stderr().is_terminal() {
+        return;
+    }
     let Clock { load, prepare, render, encode } = clock;
     tell!(
         "{}: {} written; read {load:.2} s, prepared {prepare:.2} s, rendered {render:.2} s, encoded {encode:.2} s",

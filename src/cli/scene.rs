@@ -47,6 +47,10 @@ pub(super) struct SceneArgs {
     /// Colour behind the volume: a name of CSS, #rgb, #rrggbb, or r,g,b,a from 0 to 1; transparent unless given.
     #[arg(long, value_name = "COLOUR")]
     background: Option<String>,
+    /// For `render`: hold no more than about so many bytes, such as 1GiB, the picture among them. Of the volume's file those voxels are read that the
+    /// picture needs, as fine as it needs them; the picture is the same for any size.
+    #[arg(long, value_name = "SIZE", value_parser = super::paged::bytes)]
+    pub(super) memory: Option<u64>,
     #[command(flatten)]
     reading: ReadingArgs,
     #[command(flatten)]
@@ -89,11 +93,25 @@ impl SceneArgs {
         self.reading.limits()
     }
 
+    /// As [`SceneArgs::read_for_pieces`], for what needs the whole volume.
+    ///
+    /// # Errors
+    /// [`Usage`] for a flag that cannot be meant, `--memory` among them.
+    pub(super) fn read(&self) -> Result<(SceneText<'_>, Overrides)> {
+        if self.memory.is_some() {
+            bail!(Usage(
+                "--memory: `render` alone reads a volume piece by piece; animations, records, reports and views keep all of it at hand"
+                    .into()
+            ));
+        }
+        self.read_for_pieces()
+    }
+
     /// The scene to read, and what overrides its keys.
     ///
     /// # Errors
     /// [`Usage`] for a flag that cannot be meant.
-    pub(super) fn read(&self) -> Result<(SceneText<'_>, Overrides)> {
+    pub(super) fn read_for_pieces(&self) -> Result<(SceneText<'_>, Overrides)> {
         let mut overrides = Overrides::default();
         let text = if self.names_a_volume() { scene_of(self.input.as_deref(), &mut overrides) } else { SceneText::Text(DEFAULT_SCENE) };
         shorthands(self, &mut overrides)?;

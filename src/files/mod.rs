@@ -9,11 +9,13 @@
 //! bytes --> .slicestack-PID-N.part --+--> all written? --> renamed, or all taken away
 //! ```
 
+mod folder;
 mod reads;
 mod staged;
 mod unfinished;
 mod whole;
 
+pub use folder::WholeFolder;
 #[cfg(any(feature = "formats", feature = "encoders", feature = "scene-file"))]
 pub(crate) use reads::{note, open};
 pub use reads::{remember_reads, was_read};

@@ -12,6 +12,8 @@ pub(super) struct Unfinished {
     files: BTreeSet<PathBuf>,
     /// Folders that go with the last file in them.
     folders: BTreeSet<PathBuf>,
+    /// Folders that go with all that is in them.
+    trees: BTreeSet<PathBuf>,
     /// Names given so far.
     names: u64,
     /// Whether everything was discarded: nothing is begun or finished any more.
@@ -19,7 +21,7 @@ pub(super) struct Unfinished {
 }
 
 static UNFINISHED: Mutex<Unfinished> =
-    Mutex::new(Unfinished { files: BTreeSet::new(), folders: BTreeSet::new(), names: 0, discarded: false });
+    Mutex::new(Unfinished { files: BTreeSet::new(), folders: BTreeSet::new(), trees: BTreeSet::new(), names: 0, discarded: false });
 
 /// Names that are tried before it is given up.
 const TRIES: u32 = 1000;
@@ -48,6 +50,51 @@ impl Unfinished {
         // Whoever ends the process has nothing to tell about a file that does not go.
         std::mem::take(&mut self.files).iter().for_each(|file| drop(fs::remove_file(file)));
         std::mem::take(&mut self.folders).iter().rev().for_each(|folder| drop(fs::remove_dir(folder)));
+        std::mem::take(&mut self.trees).iter().for_each(|tree| {
+            // Whoever still writes into it finds it gone, and does not fill it while it is emptied.
+            let away = tree.with_extension("gone");
+            drop(fs::remove_dir_all(if fs::rename(tree, &away).is_ok() { &away } else { tree }));
+        });
+    }
+
+    /// A new folder in `folder`, which goes again with all that is in it.
+    ///
+    /// # Errors
+    /// As [`Unfinished::create`].
+    pub(super) fn create_tree(&mut self, folder: &Path) -> Result<PathBuf> {
+        for _ in 0..TRIES {
+            let path = self.name(folder, "part")?;
+            match fs::create_dir(&path) {
+                Err(e) if e.kind() == ErrorKind::AlreadyExists => {}
+                made => {
+                    made.map_err(|e| Error::io(folder, e))?;
+                    self.trees.insert(path.clone());
+                    return Ok(path);
+                }
+            }
+        }
+        Err(Error::io(folder, ErrorKind::AlreadyExists.into()))
+    }
+
+    /// The folder `tree` is called `path` from now on, and stays.
+    ///
+    /// # Errors
+    /// When the system refuses; [`Error::Stopped`] after [`discard_unfinished`].
+    pub(super) fn rename_tree(&mut self, tree: &Path, path: &Path) -> Result<()> {
+        if self.discarded {
+            return Err(Error::Stopped);
+        }
+        fs::rename(tree, path).map_err(|e| Error::io(path, e))?;
+        self.trees.remove(tree);
+        Ok(())
+    }
+
+    /// Takes the folder `tree` away with all that is in it.
+    pub(super) fn remove_tree(&mut self, tree: &Path) {
+        if self.trees.remove(tree) {
+            // The error that ended the work is the one to report.
+            drop(fs::remove_dir_all(tree));
+        }
     }
 
     /// A new file in `folder`, which nobody else has, and its path; its name ends with `.part`, or with another `ending`.

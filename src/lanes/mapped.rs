@@ -59,6 +59,15 @@ impl<T: Pod> Mapped<T> {
         }))
     }
 
+    /// Lets go of the pages that were looked at: they count as this process's memory no longer, and are brought again when they are looked at
+    /// again. Where the system has no way to do so, nothing happens.
+    pub(crate) fn let_go(&self) {
+        // SAFETY: the mapping is private and was never written to, so each page holds what the file holds; a page that is let go is
+        // brought from the file when it is read next, with the same bytes. No reference becomes invalid: the addresses stay mapped.
+        #[cfg(unix)]
+        drop(unsafe { self.map.map.unchecked_advise(memmap2::UncheckedAdvice::DontNeed) });
+    }
+
     /// The numbers.
     #[inline]
     pub(crate) fn as_slice(&self) -> &[T] {
@@ -70,6 +79,18 @@ impl<T: Pod> Mapped<T> {
 mod tests {
     use super::*;
     use std::io::Write;
+
+    #[test]
+    fn numbers_that_were_let_go_come_back() {
+        let mut file = tempfile::tempfile().expect("file");
+        let bytes: Vec<u8> = (0..100_000u32).map(|i| (i % 251) as u8).collect();
+        file.write_all(&bytes).expect("write");
+        let mapped = Mapped::<u8>::new(Path::new("numbers"), &file, 4097, 90_000).expect("map").expect("aligned and inside");
+        let slice = mapped.as_slice();
+        assert_eq!(slice, &bytes[4097..94_097]);
+        mapped.clone().let_go();
+        assert_eq!(slice, &bytes[4097..94_097]);
+    }
 
     #[test]
     fn numbers_are_those_of_the_file_or_refused() {

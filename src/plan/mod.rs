@@ -48,7 +48,7 @@ use crate::volume::Volume;
 use hidden_values::hidden_up_to;
 use needs::{BlendKind, Lookup};
 use places::{Places, segments_frame};
-use scaling::value_range;
+pub(crate) use scaling::value_range;
 use std::sync::Arc;
 
 /// What a plan is made for.

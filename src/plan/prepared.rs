@@ -43,6 +43,14 @@ impl VolumeData {
         Self { bricks, coefficients: None, packed, scaling, colors: None }
     }
 
+    /// All of it for a piece of a larger volume, whose stored values lie in `range`: conversions and tables are made for that.
+    pub(crate) fn of_piece(volume: &Volume, range: (f64, f64)) -> Self {
+        let bricks = Arc::new(Bricks { range, ..Bricks::new(volume.voxels(), volume.grid().dims()) });
+        let scaling = Scaling::new(volume, &bricks);
+        let packed = if scaling.to_f32.is_none() { Packed::new(volume.voxels(), volume.grid().dims()) } else { None };
+        Self { bricks, coefficients: None, packed, scaling, colors: None }
+    }
+
     /// All of it for the colours of `volume`, whose opacities go by `from`; `None` for scalars and labels.
     pub(crate) fn of_colors(volume: &Volume, from: OpacityFrom) -> Option<Self> {
         let found = volume.color_bricks(from)?;
@@ -118,30 +126,50 @@ impl TransferData {
         let same = |o: &&Self| o.classifier == classifier && o.key.transfer == *transfer && o.key.transfer2d == *transfer2d;
         let bricks = match others.find(same) {
             Some(same) => same.bricks.clone(),
-            None => {
-                let by_value = BrickClasses::new(bricks, |low, high| {
-                    let (low, high) = value_range(volume, low, high);
-                    u8::from(classifier.may_show(low, high))
-                });
-                Arc::new(if transfer2d.is_some() || !transfer.gradient_opacity().is_empty() {
-                    // No gradient of values that differ by 1 is larger.
-                    let steepest = volume.grid().world_to_index().matrix3.to_cols_array().iter().map(|x| x * x).sum::<f64>().sqrt();
-                    let steepest = steepest * volume.rescale().0.abs() * (1.0 + 1e-6);
-                    by_value.without(bricks, |low, high, width| {
-                        let (low, high) = value_range(volume, low, high);
-                        match transfer2d {
-                            Some(transfer) => !transfer.may_show(low, high, steepest * width),
-                            None => transfer.most_gradient_factor(steepest * width) <= 0.0,
-                        }
-                    })
-                } else {
-                    by_value
-                })
-            }
+            None => Arc::new(shown(&classifier, &key, volume, bricks)),
         };
         let fine_strongest = fine.as_deref().map_or(0.0, strongest);
         Self { strongest: strongest(&table).max(fine_strongest), key, classifier, table, fine, alphas, bricks }
     }
+
+    /// The same tables for `bricks` of another `volume` of the same type and rescale, whose values lie in the same range.
+    pub(crate) fn for_bricks(&self, volume: &Volume, bricks: &Bricks) -> Self {
+        Self {
+            key: self.key.clone(),
+            classifier: self.classifier.clone(),
+            table: Arc::clone(&self.table),
+            fine: self.fine.clone(),
+            alphas: self.alphas.clone(),
+            bricks: Arc::new(shown(&self.classifier, &self.key, volume, bricks)),
+            strongest: self.strongest,
+        }
+    }
+}
+
+/// What `bricks` of `volume` show of what `key` says.
+fn shown(
+    classifier: &Classifier,
+    TransferKey { transfer, transfer2d, .. }: &TransferKey,
+    volume: &Volume,
+    bricks: &Bricks,
+) -> BrickClasses {
+    let by_value = BrickClasses::new(bricks, |low, high| {
+        let (low, high) = value_range(volume, low, high);
+        u8::from(classifier.may_show(low, high))
+    });
+    if transfer2d.is_none() && transfer.gradient_opacity().is_empty() {
+        return by_value;
+    }
+    // No gradient of values that differ by 1 is larger.
+    let steepest = volume.grid().world_to_index().matrix3.to_cols_array().iter().map(|x| x * x).sum::<f64>().sqrt();
+    let steepest = steepest * volume.rescale().0.abs() * (1.0 + 1e-6);
+    by_value.without(bricks, |low, high, width| {
+        let (low, high) = value_range(volume, low, high);
+        match transfer2d {
+            Some(transfer) => !transfer.may_show(low, high, steepest * width),
+            None => transfer.most_gradient_factor(steepest * width) <= 0.0,
+        }
+    })
 }
 
 /// What slabs several times as thick need: see [`MERGED`].

@@ -50,6 +50,14 @@ impl CoarseRunClasses {
     }
 }
 
+/// Whether anything may show on the slices of `range` of a block.
+pub(super) fn shows(work: &Work<'_, '_>, transform: &BlockTransform, range: &BlockRange, coarse: &mut CoarseRunClasses) -> bool {
+    match work.skip_table {
+        Some(skip_table) => skip_table.any && (skip_table.all || coarse.any_shown(work, skip_table, transform, range)),
+        None => true,
+    }
+}
+
 /// What became of a block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Outcome {

@@ -15,13 +15,16 @@ mod observer;
 mod ray_intervals;
 mod rays;
 mod resolve;
+mod resume;
 mod surface;
 mod tiles;
 mod work;
 
 pub(crate) use aov::{Looker, Seen, Told};
 pub(crate) use observer::Observer;
+pub(crate) use ray_intervals::RayIntervals;
 pub(crate) use resolve::{Finish, Resolve};
+pub(crate) use resume::{Gathered, covered, resume};
 pub(crate) use surface::Surface;
 pub(crate) use tiles::{BlockMask, Job, render_tiles};
 pub(crate) use work::Work;

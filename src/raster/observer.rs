@@ -17,6 +17,9 @@ pub(crate) trait Observer: Send + Sync {
     /// Whether it asks for some of the fragments only: see [`Observer::fragments`].
     const SELECTS: bool = false;
 
+    /// Whether blocks go on from what their pixels have gathered on other slices: see `resume.rs`.
+    const RESUMES: bool = false;
+
     /// An empty observer with the same settings, for another tile.
     fn fresh(&self) -> Self;
 

@@ -90,7 +90,7 @@ impl<'f> Resolve<'f> {
     }
 
     /// A row of pixels: a block's pixel `i` and those to its right, at (x,y) of the picture.
-    pub(super) fn row(&self, finish: &impl Finish, pixels: &PixelBlock, i: usize, out: &mut [[f32; 4]], x: usize, y: usize) {
+    pub(crate) fn row(&self, finish: &impl Finish, pixels: &PixelBlock, i: usize, out: &mut [[f32; 4]], x: usize, y: usize) {
         if self.blend == Blend::Over && !self.compensated {
             let layer = |at: usize| [pixels.color[0][at], pixels.color[1][at], pixels.color[2][at], pixels.transmittance[at]];
             // Most rows are whole: a loop of known length, from a place that is a row's beginning for the compiler to see.

@@ -112,8 +112,7 @@ pub(crate) fn render_tiles<O: Observer, F: Finish>(
     let queue = Mutex::new(tiles.into_iter().enumerate());
     let next = || queue.lock().unwrap_or_else(PoisonError::into_inner).next();
     let parts = rayon::broadcast(|_| {
-        let (mut batch, mut counters, mut seen) =
-            (Batch::new(work.frame.optional.gradient.is_some(), work.frame.surfaces.is_some()), Counters::default(), Vec::new());
+        let (mut batch, mut counters, mut seen) = (work.batch(), Counters::default(), Vec::new());
         batch.rays = work.rays.map(|_| RayBatch::new());
         while let Some((at, mut tile)) = next() {
             let mut observer = job.observer.fresh();

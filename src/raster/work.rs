@@ -3,7 +3,7 @@
 use super::block_transform::BlockTransform;
 use super::ray_intervals::RayIntervals;
 use crate::fragment::project::NOTHING;
-use crate::fragment::{Frame, Stage};
+use crate::fragment::{Batch, Frame, Stage};
 use crate::lanes::{BATCH, Kernel, Lanes, Level, SIDE, row};
 use crate::plan::{EndPieces, FramePlan, Merging, PairStages, Peaks, RayPlan};
 use crate::proxy::{Domain, Stack};
@@ -81,8 +81,23 @@ impl<'f, 'v> Work<'f, 'v> {
         }
     }
 
+    /// A batch for its stages.
+    pub(crate) fn batch(&self) -> Box<Batch> {
+        Batch::new(self.frame.optional.gradient.is_some(), self.frame.surfaces.is_some())
+    }
+
+    /// What pixels start from: colour channels, then transmittance.
+    pub(crate) fn start_values(&self) -> [f32; 4] {
+        self.start
+    }
+
+    /// Which slices come first.
+    pub(crate) fn order(&self) -> Order {
+        self.order
+    }
+
     /// Where the rays of blocks enter and leave.
-    pub(super) fn ray_intervals(&self) -> RayIntervals<'f> {
+    pub(crate) fn ray_intervals(&self) -> RayIntervals<'f> {
         RayIntervals::new(self.stack, self.radial, self.ends, self.level)
     }
 

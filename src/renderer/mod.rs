@@ -347,7 +347,7 @@ fn tile_side(width: u32, height: u32) -> u32 {
 }
 
 /// Pixels of a picture, all zero. Memory is refused here with a message, not in the allocator with an abort.
-fn canvas(width: u32, height: u32) -> Result<Vec<[f32; 4]>> {
+pub(crate) fn canvas(width: u32, height: u32) -> Result<Vec<[f32; 4]>> {
     let count = width as usize * height as usize;
     // Twice the pixels: an encoder needs about as much again.
     if crate::memory::reserve(&mut Vec::<[f32; 4]>::new(), 2 * count).is_err() {

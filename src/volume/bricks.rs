@@ -179,13 +179,13 @@ fn add_rows<T: Voxel>(low: &mut [T], high: &mut [T], rows: &[T], none: Range<T>)
 }
 
 /// The largest f32 that is not above x.
-pub(super) fn below(x: f64) -> f32 {
+pub(crate) fn below(x: f64) -> f32 {
     let near = x as f32;
     if f64::from(near) <= x { near } else { -next_above(-near) }
 }
 
 /// The smallest f32 that is not below x.
-pub(super) fn above(x: f64) -> f32 {
+pub(crate) fn above(x: f64) -> f32 {
     -below(-x)
 }
 

@@ -86,6 +86,14 @@ impl<T: Pod> Buffer<T> {
         }
     }
 
+    /// Lets go of the pages of a mapped file that were looked at: see [`Mapped::let_go`].
+    pub(crate) fn let_go(&self) {
+        #[cfg(feature = "formats")]
+        if let Place::File(mapped) = &self.0 {
+            mapped.let_go();
+        }
+    }
+
     #[cfg(feature = "formats")]
     pub(crate) fn mapped(mapped: Mapped<T>) -> Self {
         Self(Place::File(mapped))

@@ -11,6 +11,7 @@ mod grid;
 pub mod io;
 mod joint_histogram;
 mod labels;
+pub(crate) mod levels;
 pub(crate) mod packed;
 pub mod phantom;
 #[cfg(feature = "scene-file")]
@@ -28,6 +29,7 @@ pub use colors::OpacityFrom;
 pub use grid::{BoxConvention, Grid, LengthUnit, Space};
 pub use joint_histogram::{JOINT_BINS, JointBin, JointHistogram};
 pub use labels::{LabelMap, MAX_LABELS};
+pub use levels::{Level, Levels};
 #[cfg(feature = "formats")]
 pub use source::{Origin, VolumeSource};
 pub use stats::{HISTOGRAM_BINS, Statistics};

@@ -3,7 +3,7 @@
 use super::edit::CropBox;
 use super::io::{self, Choice, RawSpec};
 use super::phantom::Phantom;
-use super::{BoxConvention, Channels, Grid, Modality};
+use super::{BoxConvention, Channels, Grid, Levels, Modality};
 use crate::{Error, Limits, Progress, Result, Volume};
 use glam::{DMat3, DVec3};
 use std::path::{Path, PathBuf};
@@ -235,6 +235,30 @@ impl VolumeSource {
             }),
             None => Ok(volume),
         }
+    }
+
+    /// The volume's levels of detail, for pictures within a limit of memory: voxels of files that can be mapped stay there, and so do the chunks of
+    /// an OME-Zarr image. Whatever else there is is read into memory, within `limits`.
+    ///
+    /// # Errors
+    /// As [`VolumeSource::load_told`]; [`crate::Error::Invalid`] for labels, and for what is to be changed about an OME-Zarr image.
+    pub fn load_levels(&self, limits: &Limits, progress: Option<Arc<dyn Progress>>) -> Result<Levels> {
+        if self.labels.is_some() || self.are_labels {
+            return Err(Error::invalid("labels: there are no levels of detail of them"));
+        }
+        if let Some(crop) = &self.crop {
+            return Err(Error::invalid(format!(
+                "volume.crop {crop:?}: levels of detail are of the whole volume; leave it out, or cut with [[clip]]"
+            )));
+        }
+        let changed = self.spacing.is_some() || self.position.is_some() || self.slope.is_some() || self.intercept.is_some();
+        if let Origin::File(path) = &self.origin {
+            let reading = io::Reading { progress: progress.clone(), ..self.reading(limits) };
+            if path.is_dir() && !changed && self.modality.is_none() {
+                return Ok(io::read_levels(path, &reading)?.with_convention(self.convention));
+            }
+        }
+        Levels::of_volume(&Self { pixels: None, ..self.clone() }.load_told(limits, progress)?)
     }
 
     fn regrid(&self, grid: &Grid) -> Result<Grid> {

@@ -275,7 +275,6 @@ impl Voxels {
     }
 
     /// The memory itself.
-    #[cfg(feature = "formats")]
     pub(crate) fn bytes_of(&self) -> &[u8] {
         with_voxels!(self, v => bytemuck::cast_slice(v))
     }

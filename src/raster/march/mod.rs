@@ -31,6 +31,12 @@ pub(super) fn begin(work: &Work<'_, '_>, transform: &BlockTransform, batch: &mut
         batch.pixels.excess = [[0.0; BATCH]; 4];
     }
     batch.pixels.alive = u64::MAX;
+    ready(work, transform, batch);
+}
+
+/// What a march begins with, whatever its pixels have gathered.
+#[inline(always)]
+fn ready(work: &Work<'_, '_>, transform: &BlockTransform, batch: &mut Batch) {
     batch.mostly_hidden = false;
     transform.prepare(work.frame, batch);
     batch.slab.length = batch.pixels.slant;
@@ -47,7 +53,11 @@ pub(super) fn march<W: Observer>(
     counters: &mut Counters,
     observer: &mut W,
 ) {
-    begin(work, &transform, batch);
+    if W::RESUMES {
+        ready(work, &transform, batch);
+    } else {
+        begin(work, &transform, batch);
+    }
     observer.block(work.stack, x0, y0, batch);
     let slices = observer.slices(range.any.0..range.any.1 + 1);
     let window = (f64::from(x0) + 0.5, f64::from(y0) + 0.5);
@@ -69,8 +79,8 @@ pub(super) fn march<W: Observer>(
     if !slices.is_empty() {
         march.slices(slices.start, slices.end, &mut coarse);
         // Where only the first slices are rendered, the pieces up to the rays' exits are left out.
-        if let (Some(pairs), true) = (extra(work.pairs), slices.end > range.any.1) {
-            march.after_pairs(pairs);
+        if let (Some(pairs), true) = (extra(work.pairs), W::RESUMES || slices.end > range.any.1) {
+            march.after_pairs(pairs, &slices);
         }
         if let Some(k) = march.ended {
             march.counters.finished_fragments +=

@@ -14,6 +14,7 @@ use crate::plan::{EndPieces, PairStages};
 use crate::raster::block_transform::BlockTransform;
 use crate::raster::observer::Observer;
 use std::array;
+use std::ops::Range;
 
 /// Which values of earlier slices a block has at hand.
 #[derive(Debug, Clone, Copy, Default)]
@@ -103,9 +104,13 @@ impl<'v, W: Observer> March<'_, '_, 'v, W> {
         self.history.add(k);
     }
 
-    /// The pieces between the last slices and the rays' exits.
-    pub(super) fn after_pairs(&mut self, stages: &PairStages<'v>) {
+    /// The pieces between the last slices and the rays' exits; where a march goes on from others, of the rays whose last slice is one of `slices`.
+    pub(super) fn after_pairs(&mut self, stages: &PairStages<'v>, slices: &Range<i64>) {
         let frame = self.work.frame;
+        let ends_here = |last: i32| !W::RESUMES || slices.contains(&i64::from(last));
+        if W::RESUMES && !self.batch.pixels.last.iter().any(|&last| ends_here(last)) {
+            return;
+        }
         let left = &self.batch.pixels.transmittance;
         if self.work.ends == EndPieces::WholeBetween || !left.iter().any(|&t| t >= frame.blend.terminate) {
             return;
@@ -134,7 +139,7 @@ impl<'v, W: Observer> March<'_, '_, 'v, W> {
             self.batch.slab.length[i] = self.batch.pixels.last_length[i].max(0.0) * self.batch.pixels.slant[i];
             let (x, y) = (self.window.0 + (i % SIDE) as f64, self.window.1 + (i / SIDE) as f64);
             let sure = self.batch.pixels.doubt >> i & 1 == 0;
-            mask |= u64::from(first <= last && (sure || self.work.stack.covers(last as u64, x, y))) << i;
+            mask |= u64::from(first <= last && ends_here(last) && (sure || self.work.stack.covers(last as u64, x, y))) << i;
             if let Some(fog) = extra(self.work.fog) {
                 let middle = 0.5 * (lasts[i] + exits[i]);
                 let along = middle * f64::from(self.batch.pixels.slant[i]);

@@ -26,7 +26,7 @@
 //! Large files that hold voxels as they are needed are mapped instead of read; see [`Limits::map_bytes`], also for what that asks of a
 //! file.
 //!
-//! Volumes are written by [`write()`], as NRRD, NIfTI, MetaImage, NumPy and raw files.
+//! Volumes are written by [`write()`], as NRRD, NIfTI, MetaImage, NumPy and raw files; with levels of detail, as OME-Zarr, by `write_pyramid`.
 //!
 //! A format is a file here that declares one `Reader`: its name, its extensions, what of it is read, how it is recognised, and how it is
 //! read. A line in `formats!` below makes it known. What is recognised and not read stands in `refused.rs`. Readers work on a `Store`: a
@@ -81,9 +81,11 @@ pub use raw::{RawSpec, read_raw};
 pub use reading::{Choice, Item, Part, Reading};
 pub use stored::Endian;
 pub use write::{WriteFormat, Writing, Written, write, write_to};
+#[cfg(feature = "zarr")]
+pub use zarr::write_pyramid;
 
 use crate::settings::Limits;
-use crate::volume::Volume;
+use crate::volume::{Levels, Volume};
 use crate::{Error, Result};
 use folder::Folder;
 use reader::{Certainty, Clues, Reader};
@@ -260,6 +262,24 @@ pub fn read_as(path: impl AsRef<Path>, reading: &Reading) -> Result<Volume> {
     let name = store.path().display().to_string();
     let volume = (format.reader().read)(store, reading)?;
     Ok(if volume.name().is_empty() { volume.with_name(name) } else { volume })
+}
+
+/// The levels of detail of the volume file or folder `path`: those of an OME-Zarr image as they are, of other files every voxel, every second,
+/// every fourth ... of the volume that [`read_as`] gives. Where that is mapped, or an OME-Zarr image, no voxels are read here.
+///
+/// # Errors
+/// As [`read_as`]; [`Error::Invalid`] for colours and labels. The limits hold for what has to be read into memory: see [`Limits::within`].
+pub fn read_levels(path: impl AsRef<Path>, reading: &Reading) -> Result<Levels> {
+    let path = path.as_ref();
+    #[cfg(feature = "zarr")]
+    if !Store::comes_once(path) && !reading.choice.magnitude {
+        let mut store = Store::open(path, &reading.limits)?;
+        if identify(&mut store)? == Format::Zarr {
+            reading.check(store.path(), Format::Zarr.name(), Format::Zarr.reader().parts)?;
+            return zarr::levels(store, reading);
+        }
+    }
+    Levels::of_volume(&read_as(path, &Reading { pixels: None, ..reading.clone() })?)
 }
 
 /// What there is to choose from in the volume file or folder `path`, without reading voxels; empty where there is one volume only. What is

@@ -35,13 +35,13 @@ impl Source {
     /// Refuses `dims` voxels of `stored` that cannot be here, each taking at least `smallest` bytes of the file.
     /// Returns how many voxels there are.
     pub(in crate::volume::io) fn weigh(&self, dims: [usize; 3], stored: Stored, smallest: u64) -> Result<usize> {
-        let count = self.claim(dims, stored, smallest)?;
+        let count = self.claim(dims, stored, smallest, self.limits.voxel_bytes)?;
         with_memory(&self.path, count, dims, stored)
     }
 
-    /// As [`Source::weigh`], for voxels that need no memory.
-    fn claim(&self, dims: [usize; 3], stored: Stored, smallest: u64) -> Result<usize> {
-        let count = within_limit(&self.path, &self.limits, dims, stored)?;
+    /// As [`Source::weigh`], for voxels that need no memory; `limit` is the most bytes that they may take.
+    fn claim(&self, dims: [usize; 3], stored: Stored, smallest: u64, limit: u64) -> Result<usize> {
+        let count = within_limit(&self.path, limit, dims, stored)?;
         let [x, y, z] = dims;
         let shown = format!("{x} x {y} x {z} voxels of {stored}");
         let needed = count as u128 * u128::from(smallest);
@@ -88,7 +88,7 @@ impl Source {
         if kind.bytes() > 1 && endian != Endian::NATIVE {
             return Ok(None);
         }
-        let count = self.claim(dims, stored, kind.bytes() as u64)?;
+        let count = self.claim(dims, stored, kind.bytes() as u64, self.limits.mapped_bytes.max(self.limits.voxel_bytes))?;
         if ((count * kind.bytes()) as u64) < self.limits.map_bytes {
             return Ok(None);
         }
@@ -230,11 +230,11 @@ fn opaque(stored: Stored, endian: Endian) -> Vec<u8> {
 }
 
 /// How many voxels `dims` of `stored` are, where the limit allows what they take in memory.
-fn within_limit(path: &Path, limits: &Limits, dims: [usize; 3], stored: Stored) -> Result<usize> {
+fn within_limit(path: &Path, limit: u64, dims: [usize; 3], stored: Stored) -> Result<usize> {
     // Three factors of at most 2^64 do not fit in u128 either: saturate, any limit is far below.
     let count = dims.iter().fold(1u128, |a, &n| a.saturating_mul(n as u128));
     let memory = count.saturating_mul(stored.voxel_type().bytes() as u128);
-    let limit = u128::from(limits.voxel_bytes);
+    let limit = u128::from(limit);
     if memory > limit || usize::try_from(memory).is_err() {
         let [x, y, z] = dims;
         let what = format!("{}: bytes of {x} x {y} x {z} voxels of {stored}", path.display());
@@ -260,7 +260,7 @@ fn with_memory(path: &Path, count: usize, [x, y, z]: [usize; 3], stored: Stored)
 /// # Errors
 /// [`Error::Limit`] when they would take too much memory, [`Error::Format`] when there are not so many bytes.
 pub(in crate::volume::io) fn room(path: &Path, limits: &Limits, dims: [usize; 3], stored: Stored, most: u64) -> Result<Voxels> {
-    let count = within_limit(path, limits, dims, stored)?;
+    let count = within_limit(path, limits.voxel_bytes, dims, stored)?;
     let needed = count as u128 * stored.bytes() as u128;
     if needed > u128::from(most) {
         let [x, y, z] = dims;

@@ -73,6 +73,28 @@ impl<'a> Wanted<'a> {
         (0..shape.len()).map(range).collect()
     }
 
+    /// The places along each dimension of the chunk at `place` along x, y and z.
+    pub(super) fn only(&self, place: [usize; 3]) -> Vec<Range<usize>> {
+        let mut ranges = self.ranges(&self.array.chunk_shape);
+        for (axis, dimension) in self.space.iter().enumerate() {
+            if let Some(d) = *dimension {
+                ranges[d] = place[axis]..place[axis] + 1;
+            }
+        }
+        ranges
+    }
+
+    /// The file that the chunk at `place` along x, y and z is in, if that is stored.
+    pub(super) fn file_of(&self, place: [usize; 3]) -> ChunkFile {
+        let array = self.array;
+        let each = array.chunks_of_file();
+        let index: Vec<usize> = self.only(place).iter().zip(&each).map(|(range, each)| range.start / each).collect();
+        let numbers: Vec<String> = index.iter().map(usize::to_string).collect();
+        let between = if array.keys.nested { "/" } else { "." };
+        let prefix = if array.keys.prefix { format!("c{between}") } else { String::new() };
+        ChunkFile { way: join(&array.way, &format!("{prefix}{}", numbers.join(between))), index }
+    }
+
     /// The needed chunks that are there, sorted by z, y and x, and the files they are in.
     ///
     /// # Errors

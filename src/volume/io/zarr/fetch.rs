@@ -4,6 +4,7 @@ use super::array::Array;
 use super::axes::shown;
 use super::chunks::{Chunk, ChunkFile, Wanted};
 use super::codecs;
+use super::shard;
 use super::tree::Tree;
 use crate::volume::io::source::Tail;
 use crate::volume::io::stored::TooLarge;
@@ -113,6 +114,48 @@ pub(super) fn voxels(tree: &Tree, wanted: &Wanted, reading: &Reading) -> Result<
         reading.step(done, chunks.len() as u64)?;
     }
     Ok((voxels, missing, total))
+}
+
+/// The voxels of the chunk at `place` along x, y and z, x fastest, and how many bytes were read for them; those of a chunk that is not stored
+/// are all fill value.
+///
+/// # Errors
+/// When it is damaged, or its fill value is none that voxels can have.
+pub(super) fn chunk(tree: &Tree, wanted: &Wanted, place: [usize; 3]) -> Result<(Vec<u8>, u64)> {
+    let array = wanted.array;
+    let strides = array.strides();
+    let file = wanted.file_of(place);
+    let found = match array.shard {
+        None => Some(Chunk { place, file: 0, within: None }),
+        Some(index) => {
+            let entries = shard::entries(tree, array, index, &file, &wanted.only(place))?;
+            entries.first().map(|&(_, within)| Chunk { place, file: 0, within: Some(within) })
+        }
+    };
+    let fetch = Fetch {
+        wanted,
+        tree,
+        files: &[file],
+        dims: wanted.along(&array.shape),
+        chunk: wanted.along(&array.chunk_shape),
+        chunk_bytes: array.chunk_bytes() as usize,
+        steps: wanted.space.map(|dimension| dimension.map_or(0, |d| strides[d])),
+        first: (0..strides.len()).map(|d| wanted.at[d] % array.chunk_shape[d] * strides[d]).sum(),
+    };
+    let block = found.as_ref().map(|chunk| fetch.block(chunk)).transpose()?.flatten();
+    match block {
+        Some(Block::Bytes(bytes)) => {
+            let read = bytes.len() as u64;
+            Ok((bytes, read))
+        }
+        Some(block) => Ok((block.bytes().to_vec(), block.bytes().len() as u64)),
+        None => {
+            check_fill(array)?;
+            let count = fetch.extent(&Chunk { place, file: 0, within: None }).iter().product();
+            let pattern = array.fill.pattern().unwrap_or_else(|| vec![0; array.stored.voxel_type().bytes()]);
+            Ok((pattern.repeat(count), 0))
+        }
+    }
 }
 
 /// Refuses a fill value that voxels cannot have, where it is needed.

@@ -10,7 +10,7 @@ use super::node::{Node, join};
 use super::tree::Tree;
 use crate::volume::io::field;
 use crate::volume::io::reading::{Item, Part, Reading, pick};
-use crate::volume::{LengthUnit, Space, Volume};
+use crate::volume::{Grid, LengthUnit, Space, Volume, VoxelType, Voxels};
 use crate::{Error, Result};
 use glam::{DMat3, DVec3};
 
@@ -197,6 +197,41 @@ impl Image {
         items
     }
 
+    /// The level that was chosen, or the finest, and those that are coarser, as far as they can be read: the array of each, its grid, and the frame
+    /// and channel that are meant. And a volume of one voxel with the properties of the whole.
+    ///
+    /// # Errors
+    /// When there is none, or the voxels are labels.
+    pub(super) fn finest_first(&self) -> Result<(Vec<(&Array, &Axes, Grid)>, (usize, usize), Volume)> {
+        let level = self.taken()?;
+        let path = &level.array.path;
+        if self.multiscale.as_ref().is_some_and(|m| m.labels.is_some()) {
+            return Err(Error::format(path, "labels have no levels of detail to be rendered from"));
+        }
+        let same = |level: &&Level| {
+            level.array.stored.voxel_type() == self.levels[self.level].as_ref().map_or(VoxelType::U8, |l| l.array.stored.voxel_type())
+        };
+        let mut all = Vec::new();
+        for (i, level) in self.levels.iter().enumerate().skip(self.level) {
+            let Some(level) = level.as_ref().ok().filter(same) else { break };
+            all.push((&level.array, &level.axes, self.grid(i, level)?));
+        }
+        let one = Voxels::zeros(level.array.stored.voxel_type(), 1);
+        let unit = self.multiscale.as_ref().and_then(|m| m.unit(&level.axes).0).and_then(LengthUnit::from_word);
+        let mut like = field::named(path, Volume::new(Grid::with_spacing([1; 3], [1.0; 3])?, one))?.with_unit(unit);
+        for note in &self.notes {
+            like = like.with_note(note.clone());
+        }
+        Ok((all, (self.frame, self.channel), like))
+    }
+
+    /// Where the voxels of `level`, the one at `i`, are.
+    fn grid(&self, i: usize, level: &Level) -> Result<Grid> {
+        let place = self.place(i).unwrap_or(Place { spacing: [1.0; 3], origin: [0.0; 3] });
+        let steps = DMat3::from_diagonal(place.spacing.into());
+        field::grid(&level.array.path, level.dims(), DVec3::from(place.origin), steps, Space::Unknown)
+    }
+
     /// Reads the voxels.
     ///
     /// # Errors
@@ -204,9 +239,7 @@ impl Image {
     pub(super) fn read(self, tree: &Tree, reading: &Reading) -> Result<Volume> {
         let level = self.taken()?;
         let path = &level.array.path;
-        let place = self.place(self.level).unwrap_or(Place { spacing: [1.0; 3], origin: [0.0; 3] });
-        let steps = DMat3::from_diagonal(place.spacing.into());
-        let grid = field::grid(path, level.dims(), DVec3::from(place.origin), steps, Space::Unknown)?;
+        let grid = self.grid(self.level, level)?;
         let wanted = Wanted::new(&level.array, &level.axes, self.frame, self.channel);
         let (voxels, missing, total) = fetch::voxels(tree, &wanted, reading)?;
         let kind = voxels.voxel_type();

@@ -8,6 +8,7 @@
 //! - `node`, `v2`, `v3`, `array`, `types`, `json`: what the metadata say;
 //! - `multiscale`, `axes`, `choice`: which array of which level is the volume, and where its voxels are;
 //! - `chunks`, `shard`, `fetch`: which files hold its numbers, and these in their place;
+//! - `levels`: the levels of an image, chunk by chunk; `write`: an image of several levels;
 //! - `codecs`, `blosc`, `blosclz`, `zstd`: how chunks are compressed.
 
 mod array;
@@ -20,6 +21,7 @@ mod codecs;
 mod fetch;
 mod image;
 mod json;
+mod levels;
 mod multiscale;
 mod node;
 mod shard;
@@ -27,6 +29,7 @@ mod tree;
 mod types;
 mod v2;
 mod v3;
+mod write;
 mod zstd;
 
 use super::Endian;
@@ -36,8 +39,10 @@ use super::store::Store;
 use crate::Result;
 use crate::volume::Volume;
 use image::Image;
+pub(super) use levels::levels;
 use node::Node;
 use tree::Tree;
+pub use write::write_pyramid;
 
 /// Where the name of the first file stands in a zip file; its length is four bytes before.
 const ZIP_NAME: usize = 30;
