@@ -83,6 +83,8 @@ pub(crate) struct Geometry {
     pub(crate) top: [f32; 3],
     /// Of parts of a volume: the least lower corner of a cell, relative to the base voxel.
     pub(crate) floor: [f32; 3],
+    /// Of parts of a volume: the base voxel, in the whole.
+    pub(crate) whole: [usize; 3],
     /// The base voxel, and the distances to its neighbours.
     pub(crate) cells: CellLoad,
 }
@@ -276,6 +278,7 @@ impl Batch {
                 reach: [0.0; 3],
                 top: [0.0; 3],
                 floor: [0.0; 3],
+                whole: [0; 3],
                 cells: CellLoad::default(),
             },
             sample: Sample { offset: [0; BATCH], weight: [[0.0; BATCH]; 3], pairs16: CornerPairs([[0; BATCH]; 4]), value: [0.0; BATCH] },

@@ -21,7 +21,7 @@ mod work;
 
 pub(crate) use aov::{Looker, Seen, Told};
 pub(crate) use observer::Observer;
-pub(crate) use resolve::{Finish, Resolve};
+pub(crate) use resolve::{Finish, Resolve, Sums};
 pub(crate) use surface::Surface;
 pub(crate) use tiles::{BlockMask, Job, render_tiles};
 pub(crate) use work::Work;

@@ -69,7 +69,7 @@ pub(super) fn march<W: Observer>(
     if !slices.is_empty() {
         march.slices(slices.start, slices.end, &mut coarse);
         // Where only the first slices are rendered, the pieces up to the rays' exits are left out.
-        if let (Some(pairs), true) = (extra(work.pairs), slices.end > range.any.1) {
+        if let (Some(pairs), true) = (extra(work.pairs), slices.end > range.any.1 || W::SELECTS) {
             march.after_pairs(pairs);
         }
         if let Some(k) = march.ended {
@@ -257,16 +257,16 @@ impl<'f, 'v, W: Observer> March<'_, 'f, 'v, W> {
     /// One slice through the stages, by the numbers of `frame`.
     #[inline(always)]
     fn slice(&mut self, k: i64, frame: &'f Frame<'v>) {
-        if let Some(pairs) = extra(self.work.pairs) {
-            self.before_pair(k, pairs);
-        }
         let sampled = self.work.sampled(k);
-        let (work, live) = (self.work, self.live_rows());
-        let asked = if W::SELECTS { self.observer.fragments(work.stack, self.first_pixel, sampled) } else { u64::MAX };
+        let asked = if W::SELECTS { self.observer.fragments(self.work.stack, self.first_pixel, sampled) } else { u64::MAX };
         if W::SELECTS && asked == 0 {
             self.counters.empty += 1;
             return;
         }
+        if let Some(pairs) = extra(self.work.pairs) {
+            self.before_pair(k, pairs);
+        }
+        let (work, live) = (self.work, self.live_rows());
         let batch = &mut *self.batch;
         // Where the slab has its middle.
         let depth = work.stack.near + (k as f64 + if work.ends.between() { 0.0 } else { 0.5 }) * work.stack.spacing;
