@@ -118,7 +118,8 @@ fn scene(dice: &mut Dice, volume: &Volume) -> Scene {
         }
     };
     scene = scene.with_camera(Camera::new(placement, projection).unwrap());
-    scene = scene.with_slices(Slicing::Count(1 + dice.below(if dice.one_in(10) { 400 } else { 90 }) as u64)).unwrap();
+    let most = if dice.one_in(10) { 400 } else { 90 };
+    scene = scene.with_slices(Slicing::Count(1 + dice.below(most) as u64)).unwrap();
     let background = Straight { rgb: dice.color(), alpha: dice.between(0.0, 1.0) };
     scene = scene.with_background(background).unwrap();
     let blend = match dice.below(10) {

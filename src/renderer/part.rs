@@ -163,7 +163,7 @@ impl Renderer {
         }
         domain.check_halo(halo(scene, domain.whole())?)?;
         let wide = self.volume.voxels().voxel_type() == VoxelType::F64 || domain.range().1 - domain.range().0 > f64::from(1 << 14);
-        if scene.blend() != Blend::Over && scene.method().filter == Filter::Nearest && wide {
+        if kind(scene).holds_values() && scene.method().filter == Filter::Nearest && wide {
             return Err(Error::invalid(
                 "render filter nearest: a projection of values that span more than 16384 is not rendered in parts; choose linear",
             ));

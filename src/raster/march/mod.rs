@@ -302,8 +302,10 @@ impl<'f, 'v, W: Observer> March<'_, 'f, 'v, W> {
         if work.order == Order::FrontToBack {
             batch.pixels.alive &= !batch.ended;
         }
+        // The next slab finds the values of this slice, whoever owns its fragments.
+        let wanted = if W::SELECTS && extra(work.pairs).is_some() { batch.mask } else { batch.mask & asked };
         batch.mask &= asked;
-        let rows = if W::OBSERVES { live } else { live & rows_of(batch.mask) };
+        let rows = if W::OBSERVES { live } else { live & rows_of(wanted) };
         (batch.rows, batch.shown) = (rows, rows);
         batch.ends = true;
         let mut doubt = batch.pixels.doubt & batch.mask;
