@@ -114,16 +114,16 @@ class Parts:
         halo = [max(sides) for sides in zip(*halos)]
         tiles = _slicestack.tiles(*self._grid, self._cuts, halo, self.range, self.non_finite)
         texts = [scene.to_toml() for scene in scenes]
-        shared = dask.delayed((self._grid, self._cuts, halo, self.range, self.non_finite, self._rescale, texts), traverse=False)
+        shared = dask.delayed((self._grid, halo, self.range, self.non_finite, self._rescale, texts), traverse=False)
         left = []
-        for at, tile in enumerate(tiles):
+        for tile in tiles:
             (x0, x1), (y0, y1), (z0, z1) = tile.voxels
             block = self.array[z0:z1, y0:y1, x0:x1]
             voxels = block.rechunk(block.shape).to_delayed()[0, 0, 0]
-            left.append(_part(voxels, at, shared))
+            left.append(_part(voxels, tile.cells, shared))
         whole = []
         for number, scene in enumerate(scenes):
-            own = [_pick(parts, number) for parts in left] if len(scenes) > 1 else [_pick(parts, 0) for parts in left]
+            own = [_pick(parts, number) for parts in left]
             row = [own[at] for at in _slicestack.order(scene._native, tiles)]
             while len(row) > 1:
                 row = [_combine(row[i : i + _FAN]) for i in range(0, len(row), _FAN)]
@@ -244,10 +244,10 @@ def _seen(block: np.ndarray, first: list[int], stride: list[int]) -> tuple[float
 
 
 @dask.delayed(pure=True)
-def _part(voxels: np.ndarray, at: int, shared: tuple[Any, ...]) -> list[bytes]:
-    """What part ``at`` leaves of each scene."""
-    grid, cuts, halo, value_range, non_finite, rescale, texts = shared
-    tile = _slicestack.tiles(*grid, cuts, halo, value_range, non_finite)[at]
+def _part(voxels: np.ndarray, cells: list[tuple[int, int]], shared: tuple[Any, ...]) -> list[bytes]:
+    """What the part that owns ``cells`` leaves of each scene."""
+    grid, halo, value_range, non_finite, rescale, texts = shared
+    tile = _slicestack.Domain(*grid, cells, halo, value_range, non_finite)
     voxels = np.ascontiguousarray(voxels)
     if not voxels.dtype.isnative:
         voxels = voxels.astype(voxels.dtype.newbyteorder("="))

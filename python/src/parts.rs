@@ -15,6 +15,35 @@ pub(crate) struct Domain(pub(crate) slicestack::proxy::Domain);
 
 #[pymethods]
 impl Domain {
+    /// The part of a volume of `dims` voxels that owns `cells` (first, and the one behind the last, along x, y and z): see `tiles`.
+    #[new]
+    #[allow(clippy::too_many_arguments, reason = "named on the other side")]
+    fn new(
+        dims: [usize; 3],
+        origin: [f64; 3],
+        steps: [[f64; 3]; 3],
+        space: &str,
+        nodes: bool,
+        cells: [(usize, usize); 3],
+        halo: [usize; 3],
+        range: (f64, f64),
+        non_finite: usize,
+    ) -> PyResult<Self> {
+        let whole = grid(dims, origin, steps, space, nodes)?;
+        let cells = cells.map(|(start, end)| start..end);
+        slicestack::proxy::Domain::with_halo(whole, cells, halo, range, non_finite).map(Self).map_err(raised)
+    }
+
+    /// First of its own cells and the one behind the last, along x, y and z.
+    #[getter]
+    fn cells(&self) -> [(usize, usize); 3] {
+        let last = self.0.whole().dims().map(|n| n.saturating_sub(1).max(1));
+        std::array::from_fn(|axis| {
+            let (low, high) = self.0.owned()[axis];
+            (if low.is_finite() { low as usize } else { 0 }, if high.is_finite() { high as usize } else { last[axis] })
+        })
+    }
+
     /// First voxel and the one behind the last that the part holds, along x, y and z of the whole.
     #[getter]
     fn voxels(&self) -> [(usize, usize); 3] {

@@ -14,48 +14,12 @@ use super::partial::{Kind, Partial};
 use super::rectangle::Rectangle;
 use super::slices::Request;
 use super::{Renderer, canvas, slice_count};
-use crate::lanes::BATCH;
 use crate::plan::{Detail, start_values};
 use crate::proxy::{Domain, Stack};
-use crate::raster::Observer;
+use crate::raster::Owned;
 use crate::scene::{Algorithm, Blend, Classification, Filter, Gradient, Scene, Target};
 use crate::volume::{Grid, VoxelType};
 use crate::{Error, Result};
-use std::ops::Range;
-
-/// Asks for the fragments that a part of a volume owns.
-struct Owned<'d> {
-    domain: &'d Domain,
-    /// The slices on which it may own some of the block at hand.
-    slices: Range<i64>,
-}
-
-impl Observer for Owned<'_> {
-    const OBSERVES: bool = false;
-    const SELECTS: bool = true;
-
-    fn fresh(&self) -> Self {
-        Self { domain: self.domain, slices: 0..0 }
-    }
-
-    fn block(&mut self, stack: &Stack, x: u32, y: u32, _: &crate::fragment::Batch) {
-        self.slices = self.domain.slices(stack, (x, y), i64::MIN..i64::MAX);
-    }
-
-    fn slices(&self, covered: Range<i64>) -> Range<i64> {
-        covered.start.max(self.slices.start)..covered.end.min(self.slices.end)
-    }
-
-    fn fragments(&self, stack: &Stack, first: (u32, u32), d: f64) -> u64 {
-        self.domain.fragments(stack, first, d)
-    }
-
-    fn fragments_each(&self, stack: &Stack, first: (u32, u32), depths: &[f64; BATCH]) -> u64 {
-        self.domain.fragments_each(stack, first, depths)
-    }
-
-    fn merge(&mut self, _: Self) {}
-}
 
 /// Voxels beyond the corners of its own cells that a part of a volume on the grid `whole` takes for `scene`, along x, y and z, where it has
 /// such: one for lookups, whose positions are rounded; one more for gradients; and as many as a step from slice to slice spans where slabs lie
@@ -175,7 +139,7 @@ impl Renderer {
         let kind = kind(scene);
         self.pooled(|r| {
             let mut pixels = canvas(size.0, size.1)?;
-            let observer = Owned { domain, slices: 0..0 };
+            let observer = Owned::new(domain);
             let mut job = RenderJob { scene, view: stack.view, clock: Clock::default(), observer, output: Output::Gathered };
             let request = Request { stack, terminate: 0.0, detail: Detail::Usual, blocks: None, domain: Some(domain) };
             let done = r.requested(&mut job, request, &mut pixels)?;
