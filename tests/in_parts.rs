@@ -5,8 +5,8 @@
 use glam::{DMat3, DVec3};
 use slicestack::proxy::{Domain, order};
 use slicestack::scene::{
-    Algorithm, Blend, Camera, Classification, ClipPlane, Ends, Filter, Fog, FogDistance, FogMode, Light, LightSource, Lighting, Method, Order,
-    Placement, Projection, SampleAt, Shading, Slicing, Straight, TransferFunction,
+    Algorithm, Blend, Camera, Classification, ClipPlane, Ends, Filter, Fog, FogDistance, FogMode, Light, LightSource, Lighting, Method,
+    Order, Placement, Projection, SampleAt, Shading, Slicing, Straight, TransferFunction,
 };
 use slicestack::volume::phantom::Phantom;
 use slicestack::volume::{BoxConvention, Grid, Voxels};
@@ -99,8 +99,11 @@ fn scene(dice: &mut Dice, volume: &Volume) -> Scene {
     let opacity = vec![(at(empty), 0.0), (at(0.6), dice.between(0.0, strength)), (at(1.0), dice.between(0.0, strength))];
     let transfer = TransferFunction::new(colors, opacity).unwrap().with_unit(unit).unwrap();
     let mut scene = Scene::new(transfer).with_size(20 + dice.below(50) as u32, 20 + dice.below(40) as u32).unwrap();
-    let projection =
-        if dice.one_in(2) { Projection::Orthographic { height: None } } else { Projection::Perspective { fov_y: dice.between(20.0, 90.0) } };
+    let projection = if dice.one_in(2) {
+        Projection::Orthographic { height: None }
+    } else {
+        Projection::Perspective { fov_y: dice.between(20.0, 90.0) }
+    };
     let placement = if dice.one_in(4) {
         // Inside the box.
         let (low, high) = volume.grid().index_bounds();

@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use slicestack::scene::{
-    Blend, ClipPlane, Fog, FogMode, Method, OpenGl, Order, Slicing, Straight,
-};
+use slicestack::scene::{Blend, ClipPlane, Fog, FogMode, Method, OpenGl, Order, Slicing, Straight};
 use slicestack::volume::phantom::Phantom;
 use slicestack::{Error, Renderer, Scene, Settings, Volume, render};
 use std::sync::Arc;

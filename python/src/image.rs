@@ -36,7 +36,9 @@ impl Image {
             _ => Metadata::new(),
         };
         if self.annotated.is_some() && format == Format::Npy {
-            return Err(Error::invalid("annotate: a .npy file holds numbers to compute with, nothing is drawn on them; write .png, .exr or another picture"));
+            return Err(Error::invalid(
+                "annotate: a .npy file holds numbers to compute with, nothing is drawn on them; write .png, .exr or another picture",
+            ));
         }
         self.annotated.as_ref().unwrap_or(&self.picture).encode_with(format, depth, &carried)
     }
@@ -101,7 +103,8 @@ impl Image {
 
     /// As a file of the format called `format`, of 8 or 16 bits a component.
     fn encode<'py>(&self, py: Python<'py>, format: &str, bits: u8, metadata: bool) -> PyResult<Bound<'py, PyBytes>> {
-        let format = Format::of_name(format).ok_or_else(|| raised(Error::invalid(format!("format \"{format}\": {}", Format::choices()))))?;
+        let format =
+            Format::of_name(format).ok_or_else(|| raised(Error::invalid(format!("format \"{format}\": {}", Format::choices()))))?;
         let bytes = py.detach(|| self.encoded(format, depth(bits)?, metadata)).map_err(raised)?;
         Ok(PyBytes::new(py, &bytes))
     }

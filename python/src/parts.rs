@@ -79,7 +79,14 @@ pub(crate) fn tiles(
 
 /// Voxels beyond its own cells that a part takes for `scene`, along x, y and z.
 #[pyfunction]
-pub(crate) fn halo(scene: &Scene, dims: [usize; 3], origin: [f64; 3], steps: [[f64; 3]; 3], space: &str, nodes: bool) -> PyResult<[usize; 3]> {
+pub(crate) fn halo(
+    scene: &Scene,
+    dims: [usize; 3],
+    origin: [f64; 3],
+    steps: [[f64; 3]; 3],
+    space: &str,
+    nodes: bool,
+) -> PyResult<[usize; 3]> {
     slicestack::halo(&scene.scene, &grid(dims, origin, steps, space, nodes)?).map_err(raised)
 }
 

@@ -83,8 +83,6 @@ pub(crate) struct Geometry {
     pub(crate) top: [f32; 3],
     /// Of parts of a volume: the least lower corner of a cell, relative to the base voxel.
     pub(crate) floor: [f32; 3],
-    /// Of parts of a volume: the base voxel, in the whole.
-    pub(crate) whole: [usize; 3],
     /// The base voxel, and the distances to its neighbours.
     pub(crate) cells: CellLoad,
 }
@@ -256,6 +254,8 @@ pub(crate) struct Batch {
     /// Index coordinates of fragments that each lie at a place of their own, where light needs them: cells and weights are those of the lookups, which end
     /// at the outermost voxels' centres.
     pub(crate) places: Option<Box<[[f64; BATCH]; 3]>>,
+    /// Of parts of a volume: the base voxel, in the whole.
+    pub(crate) whole_base: [usize; 3],
 }
 
 impl Batch {
@@ -278,7 +278,6 @@ impl Batch {
                 reach: [0.0; 3],
                 top: [0.0; 3],
                 floor: [0.0; 3],
-                whole: [0; 3],
                 cells: CellLoad::default(),
             },
             sample: Sample { offset: [0; BATCH], weight: [[0.0; BATCH]; 3], pairs16: CornerPairs([[0; BATCH]; 4]), value: [0.0; BATCH] },
@@ -308,6 +307,7 @@ impl Batch {
             rays: None,
             numbers: None,
             places: None,
+            whole_base: [0; 3],
         })
     }
 

@@ -119,7 +119,8 @@ impl<'v> OptionalFrame<'v> {
         (numbers, ratio): (Numbers, f64),
         live: f32,
     ) -> Self {
-        let gradient = scene.needs_gradient().then(|| GradientFrame::new(scene.gradient(), grid, numbers.scale).with_dims(dims).with_live(live));
+        let gradient =
+            scene.needs_gradient().then(|| GradientFrame::new(scene.gradient(), grid, numbers.scale).with_dims(dims).with_live(live));
         Self {
             regions,
             segments,

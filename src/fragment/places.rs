@@ -22,7 +22,7 @@ pub(super) trait Places {
 /// Index coordinates of a batch's base voxel; of a `PART` of a volume, in the whole.
 #[inline(always)]
 pub(super) fn base_voxel<const PART: bool>(frame: &Frame<'_>, batch: &Batch) -> [usize; 3] {
-    if PART { batch.geometry.whole } else { index_of(batch.geometry.cells.base, frame.sample.strides) }
+    if PART { batch.whole_base } else { index_of(batch.geometry.cells.base, frame.sample.strides) }
 }
 
 /// On a slice they are affine in columns and rows; in a `PART` of a volume or not.

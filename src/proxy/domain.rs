@@ -104,7 +104,10 @@ impl Domain {
             edges[axis] = [&[0], cuts[axis].as_slice(), &[last]].concat();
             if let Some(pair) = edges[axis].windows(2).find(|pair| pair[0] >= pair[1]) {
                 let axis = ["x", "y", "z"][axis];
-                return Err(Error::invalid(format!("domain: cuts along {axis}: {} is followed by {}, and they end at {last}", pair[0], pair[1])));
+                return Err(Error::invalid(format!(
+                    "domain: cuts along {axis}: {} is followed by {}, and they end at {last}",
+                    pair[0], pair[1]
+                )));
             }
         }
         let mut tiles = Vec::new();

@@ -54,7 +54,8 @@ mod tests {
         let mut crossings = 0;
         for case in 0..80 {
             let degrees = f64::from(case) * 37.0;
-            let projection = if case % 2 == 0 { Projection::Orthographic { height: None } } else { Projection::Perspective { fov_y: 70.0 } };
+            let projection =
+                if case % 2 == 0 { Projection::Orthographic { height: None } } else { Projection::Perspective { fov_y: 70.0 } };
             let placement = if case % 8 == 7 {
                 // From inside a part, near others.
                 let target = corner + DVec3::new(libm::cos(degrees), libm::sin(degrees), 0.3);

@@ -118,7 +118,7 @@ impl BlockTransform {
         for axis in 0..3 {
             let least = self.start[axis] + d * self.slope[axis] + scale * self.extent[0][axis];
             let low = (least as u32).min(self.top_cell[axis]);
-            batch.geometry.whole[axis] = low as usize;
+            batch.whole_base[axis] = low as usize;
             let (first, last) = part[axis];
             let own = low.clamp(first, last);
             base += (own - first) as usize * frame.sample.strides[axis];

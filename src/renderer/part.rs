@@ -70,7 +70,9 @@ fn refuse(scene: &Scene) -> Result<()> {
     }
     match scene.blend() {
         Blend::Over | Blend::Mip | Blend::Min | Blend::Average | Blend::Add => {}
-        Blend::Under => return refused("render blend under: parts of a volume combine by over, mip, min, average or add; back to front choose over"),
+        Blend::Under => {
+            return refused("render blend under: parts of a volume combine by over, mip, min, average or add; back to front choose over");
+        }
         Blend::Lmip { .. } => {
             return refused("render blend lmip: which maximum is the first depends on the values before it, in other parts of the volume");
         }

@@ -125,7 +125,9 @@ impl Partial {
             return Err(Error::invalid(format!("a partial picture of kind {:?} over one of kind {:?}", self.kind, back.kind)));
         }
         if self.numbers != back.numbers {
-            return Err(Error::invalid("partial pictures of different ranges of values: parts of one volume are told the range of the whole"));
+            return Err(Error::invalid(
+                "partial pictures of different ranges of values: parts of one volume are told the range of the whole",
+            ));
         }
         let kind = self.kind;
         let rectangle = self.rectangle.joined(&back.rectangle, kind.nothing(), |front, back| combined(kind, front, back));

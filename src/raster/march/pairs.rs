@@ -63,7 +63,7 @@ impl BlockTransform {
             batch.sample.offset[i] = i32::try_from(voxel).unwrap_or(0);
         }
         batch.geometry.cells.base = 0;
-        batch.geometry.whole = [lowest[2], lowest[1], lowest[0]].map(|x| x as usize);
+        batch.whole_base = [lowest[2], lowest[1], lowest[0]].map(|x| x as usize);
     }
 
     /// Sets where the fragments lie when each is at a depth of its own.
