@@ -72,10 +72,10 @@ class Renderer:
             scene = Scene(self.volume, scene, **keys)
         return _told(Image(self._native.render(scene._native, progress)))
 
-    def turntable(self, count: int = 36, scene: Any = None, *, progress: Progress | None = None, **keys: Any) -> Iterator[Image]:
-        """``count`` pictures once around the volume, one after the other as they are asked for."""
+    def turntable(self, pictures: int = 36, scene: Any = None, *, progress: Progress | None = None, **keys: Any) -> Iterator[Image]:
+        """``pictures`` of them once around the volume, one after the other as they are asked for."""
         scene = Scene(self.volume, scene, **keys)
-        for view in scene._file.turntable(scene._native, self.volume._native, count):
+        for view in scene._file.turntable(scene._native, self.volume._native, pictures):
             yield Image(self._native.render(view, progress))
 
 
@@ -122,8 +122,8 @@ def render(
     return _told(Image(native.render(resolved._native, progress)))
 
 
-def turntable(volume: Any, count: int = 36, scene: Any = None, **keys: Any) -> list[Image]:
-    """``count`` pictures once around a volume; takes what :func:`render` takes."""
+def turntable(volume: Any, pictures: int = 36, scene: Any = None, **keys: Any) -> list[Image]:
+    """``pictures`` of them once around a volume; takes what :func:`render` takes."""
     place = {key: keys.pop(key) for key in _PLACE if key in keys}
     run = {key: keys.pop(key) for key in ("threads", "tile", "simd") if key in keys}
-    return list(Renderer(volume, **run, **place).turntable(count, scene, **keys))
+    return list(Renderer(volume, **run, **place).turntable(pictures, scene, **keys))

@@ -117,6 +117,9 @@ def voxels(array: Any, labels: bool) -> tuple[Any, str, str]:
         raise ValueError(f"array: voxels of type {array.dtype}: u1, i1, u2, i2, u4, i4, f4 and f8 are rendered")
     if not array.dtype.isnative:
         array, why = array.astype(array.dtype.newbyteorder("=")), "is in the other byte order"
+    elif array.dtype.byteorder in "<>":
+        # Named, and this machine's own.
+        array = array.view(array.dtype.newbyteorder("="))
     if array.ndim == 4:
         if labels:
             raise ValueError(f"array: of shape {shape}: labels are one number each")

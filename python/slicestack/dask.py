@@ -22,7 +22,7 @@ from . import _slicestack
 from ._arrays import Volume
 from ._picture import Image
 from ._scene import Scene
-from ._sources import Found, of_affine, three, with_lengths
+from ._sources import Found, of_affine, three, voxels, with_lengths
 
 # Samples along an axis by which what a scene leaves open is decided.
 _SAMPLES = 64
@@ -81,9 +81,13 @@ class Parts:
             place.origin = three(origin, "origin")
         self.array = array
         self._origin, self._steps, self._space, self._nodes = place.origin, place.steps, space, box == "nodes"
-        self._rescale, self._modality = rescale, modality
+        self._rescale = rescale
         self._cuts = [_cuts(chunks) for chunks in reversed(array.chunks)]
-        self.range, self.non_finite, self._sample, self._stride = _look(array)
+        self.range, self.non_finite, sample, stride = _look(array)
+        affine = np.eye(4)
+        affine[:3, :3] = np.array([[x * n for x in step] for step, n in zip(self._steps, stride[::-1])]).T
+        affine[:3, 3] = self._origin
+        self._sample = Volume(sample, affine=affine, space=space, box=box, rescale=rescale, modality=modality)
 
     @property
     def dims(self) -> list[int]:
@@ -97,15 +101,10 @@ class Parts:
     def scene(self, scene: Any = None, **keys: Any) -> Scene:
         """The scene for this array: what it leaves open (a camera's fit, a transfer function) is decided on a sample of at most 64 voxels a side,
         which has the whole array's range. A tolerance becomes slices half a voxel apart."""
-        steps = [[x * n for x in step] for step, n in zip(self._steps, self._stride[::-1])]
-        affine = np.eye(4)
-        affine[:3, :3], affine[:3, 3] = np.array(steps).T, self._origin
-        box = "nodes" if self._nodes else "cells"
-        sample = Volume(self._sample, affine=affine, space=self._space, box=box, rescale=self._rescale, modality=self._modality)
-        found = Scene(sample, scene, **keys)
+        found = Scene(self._sample, scene, **keys)
         if found._native.to_tolerance:
             smallest = min(math.hypot(*step) for step in self._steps)
-            found = Scene(sample, scene, **{**keys, "slices__spacing": smallest / 2})
+            found = Scene(self._sample, scene, **{**keys, "slices__spacing": smallest / 2})
         return found
 
     def partials(self, scenes: Sequence[Scene]) -> list[Any]:
@@ -119,8 +118,7 @@ class Parts:
         for tile in tiles:
             (x0, x1), (y0, y1), (z0, z1) = tile.voxels
             block = self.array[z0:z1, y0:y1, x0:x1]
-            voxels = block.rechunk(block.shape).to_delayed()[0, 0, 0]
-            left.append(_part(voxels, tile.cells, shared))
+            left.append(_part(block.rechunk(block.shape).to_delayed(optimize_graph=False)[0, 0, 0], tile.cells, shared))
         whole = []
         for number, scene in enumerate(scenes):
             own = [_pick(parts, number) for parts in left]
@@ -141,13 +139,11 @@ class Parts:
         (partial,) = dask.compute(*self.partials([scene]), **(compute or {}))
         return self.finish(partial, scene)
 
-    def turntable(self, count: int = 36, scene: Any = None, *, batch: int = 8, compute: dict[str, Any] | None = None, **keys: Any) -> Iterator[Image]:
+    def turntable(self, pictures: int = 36, scene: Any = None, *, batch: int = 8, compute: dict[str, Any] | None = None, **keys: Any) -> Iterator[Image]:
         """Pictures once around: see :func:`turntable`."""
         first = self.scene(scene, **keys)
-        views = []
-        for n in range(count):
-            views.append(self.scene(first, camera__azimuth=_azimuth(first) + 360 * n / count))
-        for begin in range(0, count, batch):
+        views = [Scene._of(view, first._file) for view in first._file.turntable(first._native, self._sample._native, pictures)]
+        for begin in range(0, pictures, batch):
             some = views[begin : begin + batch]
             for partial, view in zip(dask.compute(*self.partials(some), **(compute or {})), some):
                 yield self.finish(partial, view)
@@ -179,23 +175,16 @@ def render(array: da.Array, scene: Any = None, *, compute: dict[str, Any] | None
     return Parts(array, **_place(keys)).render(scene, compute=compute, **keys)
 
 
-def turntable(array: da.Array, count: int = 36, scene: Any = None, *, batch: int = 8, compute: dict[str, Any] | None = None, **keys: Any) -> Iterator[Image]:
-    """``count`` pictures once around a dask array, one after the other: takes what :func:`render` takes. Each chunk is read once for
+def turntable(array: da.Array, pictures: int = 36, scene: Any = None, *, batch: int = 8, compute: dict[str, Any] | None = None, **keys: Any) -> Iterator[Image]:
+    """``pictures`` of them once around a dask array, one after the other: takes what :func:`render` takes. Each chunk is read once for
     ``batch`` pictures, whose partial pictures a task then holds."""
-    return Parts(array, **_place(keys)).turntable(count, scene, batch=batch, compute=compute, **keys)
+    return Parts(array, **_place(keys)).turntable(pictures, scene, batch=batch, compute=compute, **keys)
 
 
 def _place(keys: dict[str, Any]) -> dict[str, Any]:
     """The keys of the array's place, taken out of ``keys``."""
     names = ("spacing", "origin", "affine", "space", "box", "rescale", "modality")
     return {name: keys.pop(name) for name in names if name in keys}
-
-
-def _azimuth(scene: Scene) -> float:
-    camera = scene.to_dict().get("camera", {})
-    if "azimuth" not in camera:
-        raise ValueError("turntable: turns a camera of azimuth and elevation; this one is placed by eye or along an axis")
-    return camera["azimuth"]
 
 
 def _cuts(chunks: Sequence[int]) -> list[int]:
@@ -210,7 +199,7 @@ def _look(array: da.Array) -> tuple[tuple[float, float], int, np.ndarray, list[i
     stride = [max(1, -(-n // _SAMPLES)) for n in array.shape]
     seen, places = [], []
     starts = [np.cumsum([0, *chunks[:-1]]).tolist() for chunks in array.chunks]
-    blocks = array.to_delayed()
+    blocks = array.to_delayed(optimize_graph=False)
     for at in np.ndindex(*blocks.shape):
         first = [starts[axis][at[axis]] for axis in range(3)]
         if 0 in (array.chunks[axis][at[axis]] for axis in range(3)):
@@ -223,9 +212,12 @@ def _look(array: da.Array) -> tuple[tuple[float, float], int, np.ndarray, list[i
         sample[z : z + part.shape[0], y : y + part.shape[1], x : x + part.shape[2]] = part
     some = [f for f in found if f[0] <= f[1]]
     low, high = (min(f[0] for f in some), max(f[1] for f in some)) if some else (0.0, 0.0)
-    # With the array's own range, so that what goes by that is decided as for all of it.
-    if some and sample.size > 1:
-        sample.flat[0], sample.flat[-1] = low, high
+    if some and max(stride) > 1:
+        # With the array's own range, so that what goes by that is decided as for all of it.
+        finite = np.isfinite(sample)
+        if finite.any():
+            least, greatest = np.where(finite, sample, high).argmin(), np.where(finite, sample, low).argmax()
+            sample.flat[least], sample.flat[greatest] = low, high
     return (low, high), sum(f[2] for f in found), sample, stride
 
 
@@ -244,18 +236,16 @@ def _seen(block: np.ndarray, first: list[int], stride: list[int]) -> tuple[float
 
 
 @dask.delayed(pure=True)
-def _part(voxels: np.ndarray, cells: list[tuple[int, int]], shared: tuple[Any, ...]) -> list[bytes]:
+def _part(block: np.ndarray, cells: list[tuple[int, int]], shared: tuple[Any, ...]) -> list[bytes]:
     """What the part that owns ``cells`` leaves of each scene."""
     grid, halo, value_range, non_finite, rescale, texts = shared
     tile = _slicestack.Domain(*grid, cells, halo, value_range, non_finite)
-    voxels = np.ascontiguousarray(voxels)
-    if not voxels.dtype.isnative:
-        voxels = voxels.astype(voxels.dtype.newbyteorder("="))
+    array, _, _ = voxels(np.asarray(block), False)
     _, _, steps, space, nodes = grid
     volume = _slicestack.Volume.of_array(
-        voxels,
-        voxels.dtype.str[1:],
-        list(voxels.shape[::-1]),
+        array,
+        array.dtype.str[1:],
+        list(array.shape[::-1]),
         tile.origin,
         steps,
         space=space,

@@ -156,10 +156,10 @@ impl Volume {
     #[getter]
     fn channels(&self) -> &'static str {
         match self.inner.channels() {
-            Channels::Scalar => "scalar",
             Channels::Label(_) => "labels",
             Channels::Rgba => "rgba",
             Channels::Rgb => "rgb",
+            _ => "scalar",
         }
     }
 

@@ -1,8 +1,8 @@
 """How long work behaves: progress, Ctrl-C, other threads, the import, the live view, the fixture."""
 
+import importlib.metadata
 import os
 import pathlib
-import signal
 import subprocess
 import sys
 import threading
@@ -154,15 +154,17 @@ def test_the_fixture_compares_with_pictures_on_record(pytester):
 
         def test_picture(slicestack_golden, request):
             array = np.zeros((8, 9, 4), np.float32)
-            array[2:5] = float(request.config.getoption("--basetemp-shade", 0.5) or 0.5)
+            array[2:5] = float(request.config.getoption("--shade", 0.5) or 0.5)
             slicestack_golden(slicestack.Image.from_array(array), "shade.png", max_rms=0.01)
         """
     )
-    pytester.makeconftest("def pytest_addoption(parser):\n    parser.addoption('--basetemp-shade', default=None)\n")
-    run = lambda *words: pytester.runpytest_subprocess(*words)  # noqa: E731
+    pytester.makeconftest("def pytest_addoption(parser):\n    parser.addoption('--shade', default=None)\n")
+    # Where the package is not installed its plugin has to be named.
+    named = [] if any(e.name == "slicestack" for e in importlib.metadata.entry_points(group="pytest11")) else ["-p", "slicestack.testing"]
+    run = lambda *words: pytester.runpytest_subprocess(*named, *words)  # noqa: E731
     run().assert_outcomes(failed=1)
     run("--slicestack-bless").assert_outcomes(passed=1)
     run().assert_outcomes(passed=1)
-    result = run("--basetemp-shade=0.9")
+    result = run("--shade=0.9")
     result.assert_outcomes(failed=1)
     result.stdout.fnmatch_lines(["*shade.png: RMS*"])
