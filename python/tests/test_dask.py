@@ -132,12 +132,9 @@ def test_a_turntable_reads_chunks_once_for_several_pictures():
     images = list(sdask.turntable(lazy, 4, batch=4, compute={"scheduler": "synchronous"}, **keys))
     # Once to look, once for all four.
     assert len(images) == 4 and read[0] <= 4
-    volume = slicestack.Volume(array)
-    around = slicestack.Renderer(volume).turntable(4, slicestack.Scene(volume, **keys, **WHOLE).to_dict())
+    around = list(slicestack.Renderer(array).turntable(4, **keys, **WHOLE))
     assert len({image.sha256() for image in images}) == 4
-    first = sdask.Parts(lazy).scene(**keys)
-    want = slicestack.render(volume, slicestack.Scene(volume, first.to_dict(), **WHOLE))
-    assert far(images[0], want) <= CLOSE and next(iter(around)).width == 24
+    assert max(far(ours, whole) for ours, whole in zip(images, around)) <= CLOSE
 
 
 @pytest.mark.parametrize(
