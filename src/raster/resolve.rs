@@ -92,7 +92,7 @@ impl<'f> Resolve<'f> {
     }
 
     /// The same, but for gathered numbers to be left as they are: four of them a pixel, as blended colours and their transmittance are.
-    pub(crate) fn as_gathered(mut self) -> Self {
+    pub(crate) fn gathered(mut self) -> Self {
         self.sums.blend = Blend::Over;
         self
     }

@@ -101,7 +101,7 @@ impl Renderer {
         // What becomes one depends on all of a block's pixels: no tile may cut one.
         let side = if plan.needs.merge { side.next_multiple_of(SIDE as u32) } else { side };
         let resolve = Resolve::new(job.scene, plan);
-        let resolve = if job.output == Output::Gathered { resolve.as_gathered() } else { resolve };
+        let resolve = if job.output == Output::Gathered { resolve.gathered() } else { resolve };
         let tiles = Job { resolve: &resolve, finish, side, blocks, control: self.control(), observer: &job.observer };
         let (counters, seen) = render_tiles(&Work::new(plan), &tiles, pixels)?;
         job.observer.merge(seen);
