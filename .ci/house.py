@@ -46,8 +46,8 @@ def lanes(path):
 
 
 def foreign(path):
-    """Calls into the C libraries that tests and benches compare with; never part of the crate."""
-    return path in ("tests/conformance/gl.rs", "benches/peers/volpack.rs")
+    """Calls into the C libraries that tests and benches compare with, and Python's memory; never part of the crate."""
+    return path in ("tests/conformance/gl.rs", "benches/peers/volpack.rs", "python/src/borrowed.rs")
 
 
 # name, where it holds, pattern over code without comments and strings, what to do instead
@@ -94,6 +94,7 @@ def self_test():
     """Each rule must fire on a line that breaks it and stay silent on its lawful twin."""
     bad = [
         ("src/scene/a.rs", "fn f() { unsafe { g() } }"),
+        ("python/src/volume.rs", "fn f() { unsafe { g() } }"),
         ("tests/a.rs", "unsafe fn f() {}"),
         ("tests/conformance/draw.rs", "unsafe fn f() {}"),
         ("benches/peers/vtk.rs", "unsafe fn f() {}"),
@@ -113,6 +114,7 @@ def self_test():
         ("src/lanes/avx2.rs", "unsafe { g() }"),
         ("tests/conformance/gl.rs", "unsafe { g() }"),
         ("benches/peers/volpack.rs", "unsafe { g() }"),
+        ("python/src/borrowed.rs", "unsafe { g() }"),
         ("src/scene/a.rs", "#![forbid(unsafe_code)] // unsafe is forbidden"),
         ("src/proxy/a.rs", "let y = libm::sin(x); // x.sin() differs"),
         ("src/proxy/a.rs", 'let y = "x.sin()"; let z = x.sqrt().exponent(); let t: &\'a str = s;'),
@@ -277,7 +279,8 @@ def check_imports(root, sources):
 
 PROMISES = "docs/promises.md"
 # What holds a promise: `tests/a.rs: one_test, another` or `.ci/a.py`.
-HOLDER = re.compile(r"`((?:tests|src|benches|examples|\.ci)/[^`]*)`")
+HOLDER = re.compile(r"`((?:tests|src|benches|examples|python/tests|\.ci)/[^`]*)`")
+PYTHON_TEST = re.compile(r"^def (test_\w+)\(", re.MULTILINE)
 TEST = re.compile(r"#\[test\]\s*((?:#\[[^\n]*\]\s*)*)(?:pub(?:\([a-z]+\))? )?fn (\w+)")
 
 
@@ -298,8 +301,8 @@ def promise_faults(text, read):
             code = read(path)
             if code is None:
                 faults.append((number, f"there is no file {path}"))
-            elif rust(path):
-                known = tests_of(code)
+            elif rust(path) or path.startswith("python/tests/"):
+                known = tests_of(code) if rust(path) else set(PYTHON_TEST.findall(code))
                 faults += [(number, f"{path} has no test `{name}` that runs") for name in names.split(", ") if name not in known]
             elif names or not path.startswith(".ci/"):
                 faults.append((number, f"`{holder}` is neither a test nor a check"))
@@ -313,6 +316,7 @@ def test_promises():
     files = {
         "tests/a.rs": "#[test]\nfn one() {}\n#[test]\n#[ignore = \"slow\"]\nfn two() {}\nfn three() {}\n// #[test]\nfn four() {}",
         ".ci/a.py": "",
+        "python/tests/test_a.py": "def test_one():\n    pass\ndef two():\n    def test_three(): pass\n",
     }
     head = "| promise | held by |\n|---|---|\n"
     for text, want in [
@@ -326,6 +330,8 @@ def test_promises():
         ("`tests/a.rs:one`", [1]),
         ("`tests/b.rs: one`", [1]),
         ("`.ci/b.py`", [1]),
+        ("`python/tests/test_a.py: test_one`", []),
+        ("`python/tests/test_a.py: test_three`", [1]),
         ("`.ci/a.py: one`", [1]),
         ("one", [1]),
     ]:

@@ -51,7 +51,7 @@
 //! | read or write the transfer functions of 3D Slicer and ParaView, or a table | [`transfer_io`] |
 //! | make one picture, or many of one volume | [`render`], [`Renderer`] |
 //! | render into your own memory, show a coarse picture first, stop | [`Renderer::render_into`], [`Renderer::render_progressive`], [`Stopper`] |
-//! | render a large volume in parts | [`Renderer::render_part`], [`proxy::Domain`], [`Layer`] |
+//! | render a large volume in parts | [`Renderer::render_part`], [`proxy::Domain`], [`proxy::order`], [`halo`], [`Partial`] |
 //! | know which stages there are | [`scene::StageId`] |
 //! | bound memory, choose threads and vector level, hear of progress | [`Settings`], [`Limits`], [`Level`] |
 //! | see how a picture comes about, step by step | [`explain`](mod@explain) |
@@ -135,7 +135,7 @@ pub use lanes::{Level, OrOneLine};
 pub use picture::{Aov, Picture, Plane};
 #[cfg(feature = "encoders")]
 pub use picture::{Depth, Format};
-pub use renderer::{Layer, Pass, RenderStats, Renderer, render};
+pub use renderer::{Layer, Partial, PartialKind, Pass, RenderStats, Renderer, halo, render};
 pub use scene::Scene;
 pub use settings::{Limits, MAX_THREADS, Progress, Settings, Stopper};
 pub use tally::{LeftOut, Saved, Tally};

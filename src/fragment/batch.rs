@@ -254,6 +254,8 @@ pub(crate) struct Batch {
     /// Index coordinates of fragments that each lie at a place of their own, where light needs them: cells and weights are those of the lookups, which end
     /// at the outermost voxels' centres.
     pub(crate) places: Option<Box<[[f64; BATCH]; 3]>>,
+    /// Of parts of a volume: the base voxel, in the whole.
+    pub(crate) whole_base: [usize; 3],
 }
 
 impl Batch {
@@ -305,6 +307,7 @@ impl Batch {
             rays: None,
             numbers: None,
             places: None,
+            whole_base: [0; 3],
         })
     }
 

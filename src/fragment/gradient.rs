@@ -59,6 +59,11 @@ impl GradientFrame {
         Self { kind, dims: grid.dims(), matrix, unit: scale.abs() * libm::scalbn(1.0, exponent), live: 0.0 }
     }
 
+    /// For a volume that holds `dims` voxels of the grid.
+    pub(crate) fn with_dims(self, dims: [usize; 3]) -> Self {
+        Self { dims, ..self }
+    }
+
     /// For pixels that take nothing more at a transmittance below `live`.
     pub(crate) fn with_live(self, live: f32) -> Self {
         Self { live, ..self }

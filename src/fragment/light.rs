@@ -7,7 +7,8 @@
 
 use super::batch::Batch;
 use super::frame::Frame;
-use super::gradient::{GradientFrame, index_of, weighted};
+use super::gradient::GradientFrame;
+use super::places::{AlongRays, Each, OnSlice, Places, base_voxel, corner, load, place};
 use super::{Pieces, Run};
 use crate::lanes::math::{exp_negative, log1p_negated};
 use crate::lanes::{BATCH, Kernel, Lanes, Level, SIDE, for_rows, row, row_mut, rows_of};
@@ -18,9 +19,6 @@ use glam::{DAffine3, DVec3};
 
 /// Coefficients beyond this are this: any colour is as bright as can be then, and products stay finite.
 const MOST: f64 = 1e30;
-
-/// Distance, in lengths of about the box, from which on rays of a light or to the eye are parallel to the last bit.
-const FAR_AWAY: f64 = 1e12;
 
 /// A light in the numbers of its stage.
 #[derive(Debug, Clone, Copy)]
@@ -54,9 +52,9 @@ pub(crate) struct LightingFrame {
     lights: Vec<LightFrame>,
     /// Towards the eye, of length 1, where rays are parallel; else where the eye is.
     eye: Result<[f32; 3], DVec3>,
-    to_world: DAffine3,
+    pub(super) to_world: DAffine3,
     /// A power of two that makes the box about 1 long.
-    per_box: f64,
+    pub(super) per_box: f64,
     /// Depths at which the box begins and ends, and the share of the depth that a world position has: forward . p + offset.
     box_depths: [f64; 2],
     forward: DVec3,
@@ -107,27 +105,32 @@ impl LightingFrame {
     }
 }
 
-/// The kernel for such light on batches of such pieces.
-pub(super) fn kernel<'v>(shading: Shading, pieces: Pieces, level: Level) -> Run<'v> {
+/// The kernel for such light on batches of such pieces; of a part of a volume, where that is looked up.
+pub(super) fn kernel<'v>(shading: Shading, pieces: Pieces, part: bool, level: Level) -> Run<'v> {
     match (shading, pieces) {
         (Shading::Depth, Pieces::OnSlice) => level.kernel::<CueDepth, _, _>(),
-        (Shading::Depth, Pieces::BehindSlices | Pieces::AlongRays) => level.kernel::<CueEach, _, _>(),
+        (Shading::Depth, _) if part => level.kernel::<CueEach<true>, _, _>(),
+        (Shading::Depth, Pieces::BehindSlices | Pieces::AlongRays) => level.kernel::<CueEach<false>, _, _>(),
+        (_, Pieces::OnSlice) if part => level.kernel::<ShadePart, _, _>(),
         (_, Pieces::OnSlice) => level.kernel::<Shade, _, _>(),
-        (_, Pieces::BehindSlices) => level.kernel::<ShadeEach, _, _>(),
+        (_, Pieces::BehindSlices) if part => level.kernel::<ShadeEach<true>, _, _>(),
+        (_, Pieces::BehindSlices) => level.kernel::<ShadeEach<false>, _, _>(),
         (_, Pieces::AlongRays) => level.kernel::<ShadeAlong, _, _>(),
     }
 }
 
 /// Blinn and Phong's light on fragments of a slice.
 pub(super) struct Shade;
-/// The same on fragments at depths of their own.
-pub(super) struct ShadeEach;
+/// The same in a part of a volume.
+pub(super) struct ShadePart;
+/// The same on fragments at depths of their own; in a `PART` of a volume or not.
+pub(super) struct ShadeEach<const PART: bool>;
 /// The same on fragments along rays with samples of their own.
 pub(super) struct ShadeAlong;
 /// Darker with depth, on a slice.
 pub(super) struct CueDepth;
-/// The same on fragments at depths of their own.
-pub(super) struct CueEach;
+/// The same on fragments at depths of their own; in a `PART` of a volume or not.
+pub(super) struct CueEach<const PART: bool>;
 
 #[inline(always)]
 fn dot<L: Lanes>(a: [L::F; 3], b: [L::F; 3]) -> L::F {
@@ -136,7 +139,7 @@ fn dot<L: Lanes>(a: [L::F; 3], b: [L::F; 3]) -> L::F {
 
 /// `a` at length 1; 0 where it has none. Its numbers are near 1, or 0: squares stay within f32.
 #[inline(always)]
-fn unit<L: Lanes>(a: [L::F; 3]) -> [L::F; 3] {
+pub(super) fn unit<L: Lanes>(a: [L::F; 3]) -> [L::F; 3] {
     let squared = dot::<L>(a, a);
     let there = L::le(L::splat(f32::MIN_POSITIVE), squared);
     let per = L::keep(there, L::div(L::splat(1.0), L::sqrt(L::select(there, squared, L::splat(1.0)))));
@@ -184,126 +187,10 @@ impl Exponent {
     }
 }
 
-/// Index coordinates of fragments relative to a batch's base voxel. (A trait and no closures: those are not inlined.)
-trait Places {
-    /// Before rows are asked for.
-    fn of(frame: &Frame<'_>, batch: &Batch) -> Self;
-    fn row<L: Lanes>(&self, batch: &Batch, r: usize) -> [L::F; 3];
-}
-
-/// On a slice they are affine in columns and rows.
-struct OnSlice;
-
-impl Places for OnSlice {
-    #[inline(always)]
-    fn of(_: &Frame<'_>, _: &Batch) -> Self {
-        Self
-    }
-
-    #[inline(always)]
-    fn row<L: Lanes>(&self, batch: &Batch, r: usize) -> [L::F; 3] {
-        let g = &batch.geometry;
-        let numbers = L::load(&[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
-        let mut place = [L::splat(0.0); 3];
-        for axis in 0..3 {
-            let first = g.origin[axis] + r as f32 * g.down[axis];
-            place[axis] = L::add(L::splat(first), L::mul(numbers, L::splat(g.across[axis])));
-        }
-        place
-    }
-}
-
-/// Each is at a depth of its own.
-struct Each([[f32; BATCH]; 3]);
-
-impl Places for Each {
-    fn of(frame: &Frame<'_>, batch: &Batch) -> Self {
-        let first = index_of(batch.geometry.cells.base, frame.sample.strides);
-        let mut places = [[0.0; BATCH]; 3];
-        let lanes = batch.gradient.as_deref().map_or(0, |g| g.lanes);
-        for i in (0..BATCH).filter(|i| lanes >> i & 1 == 1) {
-            let place = place(frame, batch, first, i);
-            (0..3).for_each(|axis| places[axis][i] = place[axis]);
-        }
-        Self(places)
-    }
-
-    #[inline(always)]
-    fn row<L: Lanes>(&self, _: &Batch, r: usize) -> [L::F; 3] {
-        load::<L>(&self.0, r)
-    }
-}
-
-/// Along rays with samples of their own they are there already.
-struct AlongRays;
-
-impl Places for AlongRays {
-    #[inline(always)]
-    fn of(_: &Frame<'_>, _: &Batch) -> Self {
-        Self
-    }
-
-    #[inline(always)]
-    fn row<L: Lanes>(&self, batch: &Batch, r: usize) -> [L::F; 3] {
-        match batch.rays.as_deref() {
-            Some(rays) => load::<L>(&rays.place, r),
-            None => [L::splat(0.0); 3],
-        }
-    }
-}
-
-/// Index coordinates of fragment `i` relative to the base voxel, whose own are `base`.
-fn place(frame: &Frame<'_>, batch: &Batch, base: [usize; 3], i: usize) -> [f32; 3] {
-    if let Some(places) = batch.places.as_deref() {
-        return [0, 1, 2].map(|axis: usize| (places[axis][i] - base[axis] as f64) as f32);
-    }
-    let offset = if frame.sample.far { batch.rare.far_offset[i] as usize } else { batch.sample.offset[i] as usize };
-    let cell = index_of(batch.geometry.cells.base + offset, frame.sample.strides);
-    [0, 1, 2].map(|axis: usize| ((cell[axis] as f64 - base[axis] as f64) + f64::from(batch.sample.weight[axis][i])) as f32)
-}
-
 /// A vector of the same three numbers in every lane.
 #[inline(always)]
 fn splat<L: Lanes>(v: &[f32; 3]) -> [L::F; 3] {
     [L::splat(v[0]), L::splat(v[1]), L::splat(v[2])]
-}
-
-/// From the base voxel of a batch to points in space, in lengths of about the box.
-struct Corner {
-    at: DVec3,
-    per_box: f64,
-    /// Rows of the map from index to world space.
-    steps: [[f32; 3]; 3],
-}
-
-impl Corner {
-    fn of(frame: &Frame<'_>, light: &LightingFrame, batch: &Batch) -> Self {
-        let base = index_of(batch.geometry.cells.base, frame.sample.strides).map(|x| x as f64);
-        let m = light.to_world.matrix3 * light.per_box;
-        Self {
-            per_box: light.per_box,
-            at: light.to_world.transform_point3(DVec3::from_array(base)),
-            steps: [m.row(0).as_vec3().to_array(), m.row(1).as_vec3().to_array(), m.row(2).as_vec3().to_array()],
-        }
-    }
-
-    /// From the base voxel to `point`, shortened where it is far beyond the box: only its direction counts then.
-    fn way(&self, point: DVec3) -> [f32; 3] {
-        let way = (point - self.at) * self.per_box;
-        let far = way.abs().max_element();
-        (if far > FAR_AWAY { way * (FAR_AWAY / far) } else { way }).as_vec3().to_array()
-    }
-
-    /// From fragments at `place` to the end of `way`, of length 1: from the base voxel there, less the way to the fragment.
-    #[inline(always)]
-    fn towards<L: Lanes>(&self, way: &[f32; 3], place: [L::F; 3]) -> [L::F; 3] {
-        let [x, y, z] = &self.steps;
-        unit::<L>([
-            L::sub(L::splat(way[0]), weighted::<L>(x, place)),
-            L::sub(L::splat(way[1]), weighted::<L>(y, place)),
-            L::sub(L::splat(way[2]), weighted::<L>(z, place)),
-        ])
-    }
 }
 
 /// The cosine of an angle to a surface's normal, 0 to 1.
@@ -312,12 +199,6 @@ fn facing<L: Lanes>(cosine: L::F, two_sided: bool) -> L::F {
     let zero = L::splat(0.0);
     let other = if two_sided { L::sub(zero, cosine) } else { zero };
     L::min(L::max(cosine, other), L::splat(1.0))
-}
-
-/// Row `r` of a vector.
-#[inline(always)]
-fn load<L: Lanes>(v: &[[f32; BATCH]; 3], r: usize) -> [L::F; 3] {
-    [L::load(row(&v[0], r)), L::load(row(&v[1], r)), L::load(row(&v[2], r))]
 }
 
 /// Lights the fragments that have gradients.
@@ -329,7 +210,7 @@ fn shade<L: Lanes, P: Places>(frame: &Frame<'_>, batch: &mut Batch) {
     if rows == 0 {
         return;
     }
-    let positional = light.is_positional().then(|| (Corner::of(frame, light, batch), P::of(frame, batch)));
+    let positional = light.is_positional().then(|| (corner::<P>(frame, light, batch), P::of(frame, batch)));
     let mut ways = [[0.0; 3]; MAX_LIGHTS];
     if let Some((corner, _)) = &positional {
         for (way, light) in ways.iter_mut().zip(&light.lights) {
@@ -410,14 +291,21 @@ fn shade<L: Lanes, P: Places>(frame: &Frame<'_>, batch: &mut Batch) {
 impl<'v> Kernel<Frame<'v>, Batch> for Shade {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
-        shade::<L, OnSlice>(frame, batch);
+        shade::<L, OnSlice<false>>(frame, batch);
     }
 }
 
-impl<'v> Kernel<Frame<'v>, Batch> for ShadeEach {
+impl<'v> Kernel<Frame<'v>, Batch> for ShadePart {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
-        shade::<L, Each>(frame, batch);
+        shade::<L, OnSlice<true>>(frame, batch);
+    }
+}
+
+impl<'v, const PART: bool> Kernel<Frame<'v>, Batch> for ShadeEach<PART> {
+    #[inline(always)]
+    fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
+        shade::<L, Each<PART>>(frame, batch);
     }
 }
 
@@ -448,11 +336,11 @@ impl<'v> Kernel<Frame<'v>, Batch> for CueDepth {
     }
 }
 
-impl<'v> Kernel<Frame<'v>, Batch> for CueEach {
+impl<'v, const PART: bool> Kernel<Frame<'v>, Batch> for CueEach<PART> {
     #[inline(always)]
     fn run<L: Lanes>(frame: &Frame<'v>, batch: &mut Batch) {
         let Some(light) = &frame.optional.light else { return };
-        let first = index_of(batch.geometry.cells.base, frame.sample.strides);
+        let first = base_voxel::<PART>(frame, batch);
         let mut factor = [0.0; SIDE];
         for_rows!(batch.shown, r => {
             for (i, factor) in factor.iter_mut().enumerate() {

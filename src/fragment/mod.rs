@@ -27,6 +27,7 @@ mod labels;
 mod light;
 mod pair;
 mod pieces;
+mod places;
 pub(crate) mod project;
 mod rays;
 mod regions;
@@ -109,16 +110,17 @@ pub(crate) struct OptionalFrame<'v> {
 }
 
 impl<'v> OptionalFrame<'v> {
-    /// Those of `scene`, with `regions` and `segments` as they are prepared, in slices of `stack`, `ratio` reference lengths thick, through a volume on `grid` of such `numbers`; pixels whose
+    /// Those of `scene`, with `regions` and `segments` as they are prepared, in slices of `stack`, `ratio` reference lengths thick, through a volume on `grid`, which holds `dims` voxels of it, of such `numbers`; pixels whose
     /// transmittance is below `live` take nothing more.
     pub(crate) fn of(
         scene: &Scene,
         (regions, segments): (Option<RegionsFrame>, Option<SegmentsFrame<'v>>),
-        (grid, stack): (&Grid, &Stack),
+        (grid, dims, stack): (&Grid, [usize; 3], &Stack),
         (numbers, ratio): (Numbers, f64),
         live: f32,
     ) -> Self {
-        let gradient = scene.needs_gradient().then(|| GradientFrame::new(scene.gradient(), grid, numbers.scale).with_live(live));
+        let gradient =
+            scene.needs_gradient().then(|| GradientFrame::new(scene.gradient(), grid, numbers.scale).with_dims(dims).with_live(live));
         Self {
             regions,
             segments,
@@ -132,7 +134,8 @@ impl<'v> OptionalFrame<'v> {
 }
 
 /// The kernel of a stage that scenes may ask for; `None` where `scene` does not.
-pub(crate) fn optional_kernel<'v>(stage: OptionalStage, scene: &Scene, pieces: Pieces, level: Level) -> Option<Run<'v>> {
+/// `part` tells whether a part of a volume is looked up.
+pub(crate) fn optional_kernel<'v>(stage: OptionalStage, scene: &Scene, pieces: Pieces, part: bool, level: Level) -> Option<Run<'v>> {
     let option = stage.option();
     match stage {
         OptionalStage::Regions => (option.wanted)(scene).then(|| regions::kernel(level)),
@@ -140,7 +143,7 @@ pub(crate) fn optional_kernel<'v>(stage: OptionalStage, scene: &Scene, pieces: P
         OptionalStage::Gradient => scene.needs_gradient().then(|| gradient::kernel(level)),
         OptionalStage::GradientOpacity => (option.wanted)(scene).then(|| gradient_opacity::kernel(level)),
         OptionalStage::Transfer2d => scene.transfer2d().map(|_| transfer2d::kernel(level)),
-        OptionalStage::Light => Some(light::kernel(scene.lighting()?.shading, pieces, level)),
+        OptionalStage::Light => Some(light::kernel(scene.lighting()?.shading, pieces, part, level)),
         OptionalStage::Fog => Some(fog::kernel(scene.fog()?.distance(), pieces, level)),
     }
 }

@@ -111,14 +111,14 @@ impl<'v> FramePlan<'v> {
     /// The plan for one frame of `subject`, with what is `kept` between frames.
     pub(crate) fn new(subject: Subject<'_, 'v>, kept: &mut impl Prepared) -> Self {
         let Subject { scene, volume, data, stack, terminate, detail, level, observed, domain } = subject;
+        let whole = domain.map_or(volume.grid(), Domain::whole);
         let steps = RaySteps::of(scene, volume.grid(), &stack);
         let thickness = steps.map_or(stack.spacing, |steps| steps.thickness(&stack));
         // Colours are looked at one by one.
         let with_holes = data.bricks.non_finite > 0 && data.colors.is_none();
         let mut needs = Needs::new(scene, &stack, steps.as_ref(), with_holes, terminate).with_values(scene, volume, data.bricks.range);
         let lookup = needs.lookup(volume, data.packed.is_some(), &data.scaling);
-        let ratio =
-            if stack.is_empty() { 1.0 } else { slab_ratio(thickness, scene.opacity_length(domain.map_or(volume.grid(), Domain::whole))) };
+        let ratio = if stack.is_empty() { 1.0 } else { slab_ratio(thickness, scene.opacity_length(whole)) };
         let measure = if needs.optical_depth { Measure::OpticalDepth } else { Measure::Opacity };
         let slab = Slab { ratio, form: needs.method.slab, measure, detail };
         let by = match (&data.colors, needs.method.is_pre_integrated()) {
@@ -156,7 +156,7 @@ impl<'v> FramePlan<'v> {
             sample,
             color,
             blend: BlendFrame { terminate, level: level_of(scene, &data.scaling, labels.as_deref()) },
-            optional: OptionalFrame::of(scene, by_place, (volume.grid(), &stack), (numbers, ratio), live),
+            optional: OptionalFrame::of(scene, by_place, (whole, volume.grid().dims(), &stack), (numbers, ratio), live),
             surfaces: surfaces.as_ref().map(|s| Box::new(SurfaceFrame::new(s, scene, volume, &stack, |value| data.scaling.number(value)))),
             pieces: None,
             colors: colors::source((volume, data), transfer.alphas.as_ref(), scene, leave_out),

@@ -131,7 +131,7 @@ impl Kernels<'_> {
                     _ => Pieces::OnSlice,
                 };
                 let runs = of != For::Keep && (colors || stage.option().projections == InProjections::Runs);
-                if runs && !LEAN { optional_kernel(stage, self.scene, pieces, level) } else { None }
+                if runs && !LEAN { optional_kernel(stage, self.scene, pieces, self.part, level) } else { None }
             }
         }
     }

@@ -11,8 +11,10 @@
 //! whole (Hsu 1993, Ma et al. 1994, for rendering in parts; owning samples instead of segments is what keeps slabs whole).
 
 use super::Stack;
-use crate::volume::Grid;
+use crate::volume::edit::crop;
+use crate::volume::{Grid, Volume};
 use crate::{Error, Result};
+use glam::DVec3;
 use std::ops::Range;
 
 /// Which part of a whole volume another volume holds.
@@ -66,9 +68,99 @@ impl Domain {
         Ok(Self { whole, voxels, owned, range, non_finite })
     }
 
+    /// The part of a volume on the grid `whole` that owns `cells` and holds `halo` voxels beyond their corners, as far as there are any. See
+    /// [`Domain::new`] for the rest, and [`crate::halo`] for how many a scene takes.
+    ///
+    /// # Errors
+    /// As [`Domain::new`].
+    pub fn with_halo(whole: Grid, cells: [Range<usize>; 3], halo: [usize; 3], range: (f64, f64), non_finite: usize) -> Result<Self> {
+        let voxels = std::array::from_fn(|i| {
+            let (Range { start, end }, n) = (&cells[i], whole.dims()[i]);
+            start.saturating_sub(halo[i])..end.saturating_add(1).saturating_add(halo[i]).min(n)
+        });
+        Self::new(whole, cells, voxels, range, non_finite)
+    }
+
+    /// The parts that `cuts` make of a volume on the grid `whole`, each with a `halo`: x fastest. The cuts of an axis are index coordinates of
+    /// voxels in rising order, without the ends: a part owns the samples from one of them up to but without the next.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for cuts that do not rise or do not lie between the first voxel and the last; and as [`Domain::new`].
+    ///
+    /// ```
+    /// use slicestack::proxy::Domain;
+    /// use slicestack::volume::Grid;
+    ///
+    /// let whole = Grid::with_spacing([9, 9, 9], [1.0; 3])?;
+    /// let parts = Domain::tiles(&whole, &[vec![4], vec![], vec![2, 5]], [1; 3], (0.0, 255.0), 0)?;
+    /// assert_eq!(parts.len(), 6);
+    /// assert_eq!(parts[0].voxels(), &[0..6, 0..9, 0..4]); // owns samples up to 4, 9 and 2
+    /// # Ok::<(), slicestack::Error>(())
+    /// ```
+    pub fn tiles(whole: &Grid, cuts: &[Vec<usize>; 3], halo: [usize; 3], range: (f64, f64), non_finite: usize) -> Result<Vec<Self>> {
+        let mut edges: [Vec<usize>; 3] = Default::default();
+        for axis in 0..3 {
+            let last = whole.dims()[axis].saturating_sub(1).max(1);
+            edges[axis] = [&[0], cuts[axis].as_slice(), &[last]].concat();
+            if let Some(pair) = edges[axis].windows(2).find(|pair| pair[0] >= pair[1]) {
+                let axis = ["x", "y", "z"][axis];
+                return Err(Error::invalid(format!(
+                    "domain: cuts along {axis}: {} is followed by {}, and they end at {last}",
+                    pair[0], pair[1]
+                )));
+            }
+        }
+        let mut tiles = Vec::new();
+        for z in edges[2].windows(2) {
+            for y in edges[1].windows(2) {
+                for x in edges[0].windows(2) {
+                    let cells = [x[0]..x[1], y[0]..y[1], z[0]..z[1]];
+                    tiles.push(Self::with_halo(whole.clone(), cells, halo, range, non_finite)?);
+                }
+            }
+        }
+        Ok(tiles)
+    }
+
+    /// # Errors
+    /// [`Error::Invalid`] where it lacks voxels up to `halo` beyond the corners of its cells.
+    pub(crate) fn check_halo(&self, halo: [usize; 3]) -> Result<()> {
+        for (at, axis) in ["x", "y", "z"].into_iter().enumerate() {
+            let (n, held, (low, high)) = (self.whole.dims()[at], &self.voxels[at], self.owned[at]);
+            let start = if low.is_finite() { (low as usize).saturating_sub(halo[at]) } else { 0 };
+            let end = if high.is_finite() { (high as usize + 1).saturating_add(halo[at]).min(n) } else { n };
+            if held.start > start || held.end < end {
+                return Err(Error::invalid(format!("domain: voxels {held:?} along {axis}: this scene takes voxels {start}..{end}")));
+            }
+        }
+        Ok(())
+    }
+
     /// The grid of the whole.
     pub fn whole(&self) -> &Grid {
         &self.whole
+    }
+
+    /// The grid of the voxels that the part holds: each where it is in the whole.
+    ///
+    /// # Errors
+    /// As [`Grid::new`].
+    pub fn grid(&self) -> Result<Grid> {
+        let first = DVec3::from_array(std::array::from_fn(|i| self.voxels[i].start as f64));
+        let (map, dims) = (self.whole.index_to_world(), self.voxels.clone().map(|v| v.len()));
+        let grid = Grid::new(dims, map.transform_point3(first), map.matrix3)?;
+        Ok(grid.with_convention(self.whole.convention()).with_space(self.whole.space()))
+    }
+
+    /// The voxels that the part holds of `volume`, which is the whole: a copy.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] when the volume is not on the whole's grid.
+    pub fn window(&self, volume: &Volume) -> Result<Volume> {
+        if volume.grid() != &self.whole {
+            return Err(Error::invalid("domain: the volume is not on the grid of the whole"));
+        }
+        crop(volume, self.voxels.clone(), None)
     }
 
     /// Voxels of the whole that the part holds, along x, y and z.
@@ -86,9 +178,15 @@ impl Domain {
         self.non_finite
     }
 
+    /// The index coordinates that the part owns along each axis: the first, and the first behind them that is not its own; infinite at the
+    /// whole's own sides.
+    pub fn owned(&self) -> &[(f64, f64); 3] {
+        &self.owned
+    }
+
     /// Whether the part owns index coordinates `p` of the whole.
     #[inline]
-    fn owns(&self, p: [f64; 3]) -> bool {
+    pub fn owns(&self, p: [f64; 3]) -> bool {
         (0..3).all(|i| p[i] >= self.owned[i].0 && p[i] < self.owned[i].1)
     }
 
@@ -112,6 +210,51 @@ impl Domain {
             inside &= least - margin >= low && most + margin < high;
         }
         if inside { u64::MAX } else { (0..64).fold(0, |lanes, i| lanes | u64::from(self.owns(at(i))) << i) }
+    }
+}
+
+impl Domain {
+    /// As [`Domain::fragments`], of pixels whose samples each lie at a depth of their own.
+    pub(crate) fn fragments_each(&self, stack: &Stack, (x, y): (u32, u32), depths: &[f64; 64]) -> u64 {
+        let at = |i: u32| stack.index_at(f64::from(x + i % 8) + 0.5, f64::from(y + i / 8) + 0.5, depths[i as usize]).to_array();
+        (0..64).fold(0, |lanes, i| lanes | u64::from(self.owns(at(i))) << i)
+    }
+
+    /// Slices of `covered` outside of which the part owns no fragment of the 8 x 8 pixels from (x,y) on: some more than it takes.
+    pub(crate) fn slices(&self, stack: &Stack, (x, y): (u32, u32), covered: Range<i64>) -> Range<i64> {
+        let (mut near, mut far) = (stack.near, stack.far);
+        for axis in 0..3 {
+            let (low, high) = self.owned[axis];
+            // Along a ray the coordinate is affine in depth; the corners' rays hold the others between them.
+            let rays = [(0, 0), (7, 0), (0, 7), (7, 7)].map(|(right, below)| {
+                let (x, y) = (f64::from(x + right) + 0.5, f64::from(y + below) + 0.5);
+                stack.index[axis].along(stack.perspective, x, y)
+            });
+            for (bound, sign) in [(low, 1.0), (high, -1.0)] {
+                if bound.is_infinite() {
+                    continue;
+                }
+                // Where sign (a + m d - bound) is not negative, for any of the rays.
+                let (mut from, mut to) = (f64::INFINITY, f64::NEG_INFINITY);
+                for (a, m) in rays {
+                    let (a, m) = (sign * (a - bound), sign * m);
+                    let at = -a / m;
+                    match m {
+                        m if m > 0.0 => (from, to) = (from.min(at), f64::INFINITY),
+                        m if m < 0.0 => (from, to) = (f64::NEG_INFINITY, to.max(at)),
+                        _ if a >= -1e-6 => (from, to) = (f64::NEG_INFINITY, f64::INFINITY),
+                        _ => {}
+                    }
+                }
+                (near, far) = (near.max(from), far.min(to));
+            }
+        }
+        // Samples lie up to half a slab from its middle, those of corners beyond the box's ends, and all is rounded.
+        const MARGIN: f64 = 3.0;
+        let slab = |d: f64| (d - stack.near) / stack.spacing;
+        let first = if near <= stack.near { covered.start } else { covered.start.max(libm::floor(slab(near) - MARGIN) as i64) };
+        let end = if far >= stack.far { covered.end } else { covered.end.min(libm::ceil(slab(far) + MARGIN) as i64) };
+        first..end
     }
 }
 

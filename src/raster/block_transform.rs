@@ -57,7 +57,7 @@ impl BlockTransform {
     }
 
     /// Where the bricks' index coordinates begin.
-    fn first(&self, axis: usize) -> f64 {
+    pub(super) fn first(&self, axis: usize) -> f64 {
         self.part.map_or(0.0, |part| f64::from(part[axis].0))
     }
 
@@ -118,6 +118,7 @@ impl BlockTransform {
         for axis in 0..3 {
             let least = self.start[axis] + d * self.slope[axis] + scale * self.extent[0][axis];
             let low = (least as u32).min(self.top_cell[axis]);
+            batch.whole_base[axis] = low as usize;
             let (first, last) = part[axis];
             let own = low.clamp(first, last);
             base += (own - first) as usize * frame.sample.strides[axis];

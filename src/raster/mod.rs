@@ -12,6 +12,7 @@ mod block;
 mod block_transform;
 mod march;
 mod observer;
+mod owned;
 mod ray_intervals;
 mod rays;
 mod resolve;
@@ -22,8 +23,9 @@ mod work;
 
 pub(crate) use aov::{Looker, Seen, Told};
 pub(crate) use observer::Observer;
+pub(crate) use owned::Owned;
 pub(crate) use ray_intervals::RayIntervals;
-pub(crate) use resolve::{Finish, Resolve};
+pub(crate) use resolve::{Finish, Resolve, Sums};
 pub(crate) use resume::{Gathered, covered, resume};
 pub(crate) use surface::Surface;
 pub(crate) use tiles::{BlockMask, Job, render_tiles};

@@ -3,6 +3,7 @@
 //! The march over slices is compiled once for each kind of observer; for `()`, which sees nothing, the calls vanish.
 
 use crate::fragment::{Batch, Frame};
+use crate::lanes::BATCH;
 use crate::proxy::Stack;
 use crate::scene::StageId;
 use std::ops::Range;
@@ -38,6 +39,12 @@ pub(crate) trait Observer: Send + Sync {
     /// where [`Observer::SELECTS`].
     fn fragments(&self, stack: &Stack, first: (u32, u32), d: f64) -> u64 {
         let _ = (stack, first, d);
+        u64::MAX
+    }
+
+    /// As [`Observer::fragments`], of samples that each lie at a depth of their own.
+    fn fragments_each(&self, stack: &Stack, first: (u32, u32), depths: &[f64; BATCH]) -> u64 {
+        let _ = (stack, first, depths);
         u64::MAX
     }
 

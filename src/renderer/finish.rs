@@ -23,6 +23,23 @@ impl Finish for AsLayer {
     }
 }
 
+/// Gathered numbers stay as they are.
+pub(super) struct AsGathered {
+    /// Those of a pixel that has gathered nothing.
+    pub(super) nothing: [f32; 4],
+}
+
+impl Finish for AsGathered {
+    fn nothing(&self) -> [f32; 4] {
+        self.nothing
+    }
+
+    #[inline(always)]
+    fn pixel(&self, gathered: [f32; 4]) -> [f32; 4] {
+        gathered
+    }
+}
+
 /// What sums of slabs may come to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Most {

@@ -22,6 +22,8 @@ pub(super) enum Output {
     Picture,
     /// Nothing: the layers themselves are wanted.
     Layer,
+    /// Nothing: what pixels have gathered is wanted.
+    Gathered,
 }
 
 /// What a frame took, or several frames that make up one picture.
@@ -36,6 +38,9 @@ pub(super) struct FrameResult {
     pub(super) visible_share: Option<f64>,
     /// Whether bricks are passed over by how far their values reach.
     pub(super) peaks: bool,
+    /// What gathered values stand for: `numbers[0]` times one, plus `numbers[1]`, is the value in the data's units; averages are relative to
+    /// `numbers[2]`.
+    pub(super) numbers: [f64; 3],
 }
 
 impl FrameResult {

@@ -19,7 +19,10 @@ mod finish;
 mod job;
 mod layer;
 mod opengl;
+mod part;
+mod partial;
 mod progressive;
+mod rectangle;
 mod slices;
 
 pub(crate) use finish::OverBackground;
@@ -34,6 +37,8 @@ use crate::tally::{LeftOut, Tally};
 use crate::volume::Grid;
 use crate::{Error, Result, Settings, Volume};
 pub use layer::Layer;
+pub use part::halo;
+pub use partial::{Kind as PartialKind, Partial};
 pub use progressive::Pass;
 
 use cache::Cache;

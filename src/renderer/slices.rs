@@ -1,6 +1,6 @@
 //! The backend of slices: one frame, so many slices of a scene, into pixels.
 
-use super::finish::{AsLayer, OverBackground};
+use super::finish::{AsGathered, AsLayer, OverBackground};
 use super::job::{FrameResult, Output, RenderJob};
 use super::{Renderer, tile_side};
 use crate::Result;
@@ -74,9 +74,12 @@ impl Renderer {
         let counters = match job.output {
             Output::Picture => self.execute(job, &plan, blocks, &OverBackground::new(scene, &plan.needs.method), pixels)?,
             Output::Layer => self.execute(job, &plan, blocks, &AsLayer, pixels)?,
+            Output::Gathered => self.execute(job, &plan, blocks, &AsGathered { nothing: plan.start }, pixels)?,
         };
         let (visible_share, peaks) = (plan.visible_share, plan.peaks.is_some());
-        Ok(FrameResult { counters, frames: 1, slices: plan.stack.count, planned, method: scene.method(), visible_share, peaks })
+        let scaling = &plan.data.scaling;
+        let numbers = [scaling.scale, scaling.offset, f64::from(plan.frame.color.low)];
+        Ok(FrameResult { counters, frames: 1, slices: plan.stack.count, planned, method: scene.method(), visible_share, peaks, numbers })
     }
 
     /// Executes `plan`.
@@ -98,6 +101,7 @@ impl Renderer {
         // What becomes one depends on all of a block's pixels: no tile may cut one.
         let side = if plan.needs.merge { side.next_multiple_of(SIDE as u32) } else { side };
         let resolve = Resolve::new(job.scene, plan);
+        let resolve = if job.output == Output::Gathered { resolve.gathered() } else { resolve };
         let tiles = Job { resolve: &resolve, finish, side, blocks, control: self.control(), observer: &job.observer };
         let (counters, seen) = render_tiles(&Work::new(plan), &tiles, pixels)?;
         job.observer.merge(seen);

@@ -19,6 +19,7 @@ mod lighting;
 mod linear_light;
 mod method;
 mod opengl;
+mod parts;
 mod phantom_transfer;
 pub mod preset;
 #[cfg(feature = "scene-file")]

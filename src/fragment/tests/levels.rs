@@ -181,13 +181,13 @@ fn every_kernel_gives_the_same_bits_at_every_level() {
     levels_agree::<TakeGradient>("gradient", &[texcoord], &VoxelType::ALL);
     levels_agree::<WeighByGradient>("gradient opacity", &[], &[U8]);
     levels_agree::<Shade>("light", &[], &[U8]);
-    levels_agree::<ShadeEach>("light at own depths", &[texcoord], &[U8]);
+    levels_agree::<ShadeEach<false>>("light at own depths", &[texcoord], &[U8]);
     levels_agree::<ShadeAlong>("light along rays", &[], &[U8]);
     levels_agree::<FogAlong>("fog along rays", &[], &[U8]);
     levels_agree::<TexcoordRays<false>>("texcoord along rays", &[], &[U8]);
     levels_agree::<TexcoordRays<true>>("texcoord far along rays", &[], &[U8]);
     levels_agree::<CueDepth>("depth", &[], &[U8]);
-    levels_agree::<CueEach>("depth of each", &[texcoord], &[U8]);
+    levels_agree::<CueEach<false>>("depth of each", &[texcoord], &[U8]);
 }
 
 /// The values that lookup `run` gives the batch `start`, as bits.

@@ -218,7 +218,7 @@ pub(super) fn shades_at_depths_of_their_own() {
         let cells = place(&mut n, &mut before, DIMS, frame.sample.strides);
         for far in [false, true] {
             frame.sample.far = far;
-            held += hold::<ShadeEach>(&setting, unit, &frame, &before, |i| in_cell(&grid, &before, &cells, i));
+            held += hold::<ShadeEach<false>>(&setting, unit, &frame, &before, |i| in_cell(&grid, &before, &cells, i));
         }
     }
     assert!(held > 5000, "{held} colours");
@@ -353,7 +353,7 @@ pub(super) fn darkness_by_depth() {
         let own = |i: usize| (in_cell(&grid, &before, &cells, i) - view.eye).dot(view.forward);
         for far in [false, true] {
             frame.sample.far = far;
-            run::<CueEach>(&frame, &before, &[Part::Color], |after, level| check(after, level, &own));
+            run::<CueEach<false>>(&frame, &before, &[Part::Color], |after, level| check(after, level, &own));
         }
     }
 }

@@ -79,7 +79,7 @@ pub(super) fn march<W: Observer>(
     if !slices.is_empty() {
         march.slices(slices.start, slices.end, &mut coarse);
         // Where only the first slices are rendered, the pieces up to the rays' exits are left out.
-        if let (Some(pairs), true) = (extra(work.pairs), W::RESUMES || slices.end > range.any.1) {
+        if let (Some(pairs), true) = (extra(work.pairs), W::RESUMES || W::SELECTS || slices.end > range.any.1) {
             march.after_pairs(pairs, &slices);
         }
         if let Some(k) = march.ended {
@@ -267,16 +267,16 @@ impl<'f, 'v, W: Observer> March<'_, 'f, 'v, W> {
     /// One slice through the stages, by the numbers of `frame`.
     #[inline(always)]
     fn slice(&mut self, k: i64, frame: &'f Frame<'v>) {
-        if let Some(pairs) = extra(self.work.pairs) {
-            self.before_pair(k, pairs);
-        }
         let sampled = self.work.sampled(k);
-        let (work, live) = (self.work, self.live_rows());
-        let asked = if W::SELECTS { self.observer.fragments(work.stack, self.first_pixel, sampled) } else { u64::MAX };
+        let asked = if W::SELECTS { self.observer.fragments(self.work.stack, self.first_pixel, sampled) } else { u64::MAX };
         if W::SELECTS && asked == 0 {
             self.counters.empty += 1;
             return;
         }
+        if let Some(pairs) = extra(self.work.pairs) {
+            self.before_pair(k, pairs);
+        }
+        let (work, live) = (self.work, self.live_rows());
         let batch = &mut *self.batch;
         // Where the slab has its middle.
         let depth = work.stack.near + (k as f64 + if work.ends.between() { 0.0 } else { 0.5 }) * work.stack.spacing;
@@ -312,8 +312,10 @@ impl<'f, 'v, W: Observer> March<'_, 'f, 'v, W> {
         if work.order == Order::FrontToBack {
             batch.pixels.alive &= !batch.ended;
         }
+        // The next slab finds the values of this slice, whoever owns its fragments.
+        let wanted = if W::SELECTS && extra(work.pairs).is_some() { batch.mask } else { batch.mask & asked };
         batch.mask &= asked;
-        let rows = if W::OBSERVES { live } else { live & rows_of(batch.mask) };
+        let rows = if W::OBSERVES { live } else { live & rows_of(wanted) };
         (batch.rows, batch.shown) = (rows, rows);
         batch.ends = true;
         let mut doubt = batch.pixels.doubt & batch.mask;

@@ -35,6 +35,38 @@ impl ValueHistory {
 }
 
 impl BlockTransform {
+    /// As [`BlockTransform::place_each`], for a part of the volume: cells and weights are those of the whole, and so is the base voxel that light
+    /// counts from; offsets count from a voxel of the part.
+    fn place_each_part(&self, part: &[(u32, u32); 3], depths: &[f64; BATCH], frame: &Frame<'_>, batch: &mut Batch) {
+        let places = batch.places.get_or_insert_with(|| Box::new([[0.0; BATCH]; 3]));
+        let mut lowest = [i64::MAX; 3];
+        for i in 0..BATCH {
+            let d = depths[i];
+            let scale = self.scale(d);
+            let (x, y) = ((i % SIDE) as f64, (i / SIDE) as f64);
+            let (mut voxel, mut corner) = (0, [0; 3]);
+            for axis in 0..3 {
+                let u = self.start[axis] + d * self.slope[axis] + scale * (x * self.across[axis] + y * self.down[axis]);
+                let reach = if frame.sample.strides[axis] == 0 { 0.0 } else { self.top[axis] + 1.0 };
+                let u = u.clamp(0.0, reach);
+                let cell = (u as i64).min(self.top[axis] as i64);
+                let weight = (u - cell as f64) as f32;
+                batch.sample.weight[axis][i] = weight;
+                places[axis][i] = cell as f64 + f64::from(weight);
+                // Cells that the part does not hold are those of fragments that are not its own.
+                let (first, last) = part[axis];
+                voxel += (cell.clamp(first.into(), last.into()) - i64::from(first)) as u64 * frame.sample.strides[axis] as u64;
+                corner[2 - axis] = cell;
+            }
+            // The lowest as voxels lie in memory: z before y before x.
+            lowest = lowest.min(corner);
+            batch.rare.far_offset[i] = voxel;
+            batch.sample.offset[i] = i32::try_from(voxel).unwrap_or(0);
+        }
+        batch.geometry.cells.base = 0;
+        batch.whole_base = [lowest[2], lowest[1], lowest[0]].map(|x| x as usize);
+    }
+
     /// Sets where the fragments lie when each is at a depth of its own.
     fn place_each(&self, depths: &[f64; BATCH], frame: &Frame<'_>, batch: &mut Batch) {
         let mut at = [0u64; BATCH];
@@ -91,7 +123,7 @@ impl<'v, W: Observer> March<'_, '_, 'v, W> {
         let live = self.live_rows();
         for j in from..k {
             self.batch.slice = j as i32;
-            self.transform.place(self.work.sampled(j), self.work.frame, self.batch);
+            self.place(self.work.sampled(j), self.work.frame);
             // A ray that enters at this slice or later needs no earlier values.
             let rows = if j >= self.range.whole.0 && j <= self.range.whole.1 { live } else { live & self.covered_rows() };
             self.batch.rows = rows;
@@ -116,11 +148,22 @@ impl<'v, W: Observer> March<'_, '_, 'v, W> {
             return;
         }
         let lasts = self.depths(|_, last, _, _| last);
+        let asked = if W::SELECTS { self.observer.fragments_each(self.work.stack, self.first_pixel, &lasts) } else { u64::MAX };
+        if W::SELECTS && asked == 0 {
+            return;
+        }
         let exits = self.depths(|_, last, pixels, i| last + f64::from(pixels.last_length[i]));
         if let Some(skip_table) = self.work.skip_table {
             let near = lasts.iter().copied().fold(f64::INFINITY, f64::min);
             let far = exits.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            let (lo, hi) = self.transform.bounds(near, far);
+            let (mut lo, mut hi) = self.transform.bounds(near, far);
+            if W::SELECTS {
+                // Bricks are those of the part.
+                for axis in 0..3 {
+                    let first = self.transform.first(axis);
+                    (lo[axis], hi[axis]) = (lo[axis] - first, hi[axis] - first);
+                }
+            }
             if skip_table.class(lo, hi) == 0 {
                 return;
             }
@@ -148,7 +191,7 @@ impl<'v, W: Observer> March<'_, '_, 'v, W> {
             }
         }
         self.whole_lengths = false;
-        self.batch.mask = mask;
+        self.batch.mask = mask & asked;
         (self.batch.rows, self.batch.shown, self.batch.ends) = (u8::MAX, u8::MAX, true);
         self.batch.slice = BEHIND;
         self.counters.batches += 1;
@@ -171,7 +214,10 @@ impl<'v, W: Observer> March<'_, '_, 'v, W> {
     }
 
     fn fetch_each(&mut self, depths: &[f64; BATCH], stages: &PairStages<'v>) {
-        self.transform.place_each(depths, self.work.frame, self.batch);
+        match &self.transform.part {
+            Some(part) if W::SELECTS => self.transform.place_each_part(part, depths, self.work.frame, self.batch),
+            _ => self.transform.place_each(depths, self.work.frame, self.batch),
+        }
         self.batch.rows = u8::MAX;
         self.counters.fetches += BATCH as u64;
         (stages.fetch.run)(self.work.frame, self.batch);

@@ -32,8 +32,8 @@ use crate::{Error, Result};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 impl Volume {
-    /// The voxels' numbers, whatever they mean: of colours the components.
-    fn numbers(&self) -> &Voxels {
+    /// The voxels' numbers as stored, whatever they mean, x fastest: of colours red, green, blue and alpha of one voxel after the other.
+    pub fn numbers(&self) -> &Voxels {
         self.colors.as_ref().unwrap_or(&self.voxels)
     }
 
