@@ -13,7 +13,7 @@ pub(super) const BELOW: usize = 2;
 /// The whole error over what two levels tell of it.
 const REST: f64 = 4.0 / 3.0;
 /// Of so many blocks one judges.
-const SHARE: usize = 128;
+const SHARE: usize = 256;
 /// Blocks that judge, at least.
 const FEWEST: usize = 16;
 
