@@ -33,7 +33,7 @@ mod tables;
 #[cfg(test)]
 mod tests;
 
-use crate::lanes::{Level as Vectors, SIDE};
+use crate::lanes::Level as Vectors;
 use crate::picture::Picture;
 use crate::plan::{Detail, Planned, passed_over};
 use crate::proxy::Stack;
@@ -47,7 +47,7 @@ use crate::{Error, Result, Settings};
 use frame::{Frame, PIECE, PieceCounts};
 use judge::{BELOW, Judges};
 use pages::Pages;
-use run::{Done, Region};
+use run::{Done, put, regions};
 use sight::Sight;
 use std::time::Instant;
 use tables::Tables;
@@ -58,10 +58,6 @@ const USUAL_TOLERANCE: f64 = 1.0 / 256.0;
 const AIM: f64 = 0.9;
 /// Transmittance at which pixels that judge end, as a share of the picture's own.
 const LATER: f32 = 1.0 / 64.0;
-/// Side of a region in blocks, in large pictures and in small ones.
-const SIDES: [u32; 2] = [8, 4];
-/// Pixels of a large picture.
-const LARGE: u64 = 512 * 512;
 /// Bytes for what does not depend on the picture: tables, the program itself.
 const BASE: u64 = 24 << 20;
 /// Least bytes of bricks that are kept.
@@ -430,26 +426,5 @@ impl Job<'_> {
         self.counts.add(&done.counts);
         self.frames += 1;
         done.planned
-    }
-}
-
-/// The regions of a picture, row by row.
-fn regions((width, height): (u32, u32)) -> Vec<Region> {
-    let side = SIDES[usize::from(u64::from(width) * u64::from(height) < LARGE)];
-    let (columns, rows) = (width.div_ceil(SIDE as u32), height.div_ceil(SIDE as u32));
-    let starts = |n: u32| (0..n).step_by(side as usize);
-    starts(rows).flat_map(|y| starts(columns).map(move |x| (x..(x + side).min(columns), y..(y + side).min(rows)))).collect()
-}
-
-/// Lays the pixels of regions into the picture's.
-fn put(regions: &[Region], parts: &[Vec<[f32; 4]>], pixels: &mut [[f32; 4]], (width, height): (u32, u32)) {
-    let side = SIDE as u32;
-    for ((columns, rows), part) in regions.iter().zip(parts) {
-        let (left, right) = (columns.start * side, (columns.end * side).min(width));
-        let top = rows.start * side;
-        let bottom = (rows.end * side).min(height);
-        for (y, row) in (top..bottom).zip(part.chunks_exact((right - left) as usize)) {
-            pixels[y as usize * width as usize + left as usize..][..row.len()].copy_from_slice(row);
-        }
     }
 }

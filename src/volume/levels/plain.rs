@@ -5,9 +5,10 @@
 
 use super::{Bricks, Level};
 use crate::volume::{Grid, Volume, Voxels, with_voxels};
-use crate::Result;
+use crate::{Error, Result};
 use glam::{DMat3, DVec3};
 use std::fs::File;
+use std::io::ErrorKind;
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -30,6 +31,8 @@ pub(crate) struct Source {
     voxels: Voxels,
     /// The file that they lie in, and where in it.
     place: Option<(Arc<File>, u64)>,
+    /// Its name, for messages.
+    name: String,
     looked_at: AtomicU64,
 }
 
@@ -37,14 +40,18 @@ impl Source {
     /// Those of `volume`.
     pub(crate) fn of(volume: &Volume) -> Self {
         let place = with_voxels!(volume.voxels(), v => v.place());
-        Self { voxels: volume.voxels().clone(), place, looked_at: AtomicU64::new(0) }
+        Self { voxels: volume.voxels().clone(), place, name: volume.name().to_owned(), looked_at: AtomicU64::new(0) }
     }
 
-    /// The bytes in `range`, read into `row`; false where they do not come from a file, or cannot be read at a place.
-    fn read(&self, range: Range<usize>, row: &mut Vec<u8>) -> bool {
-        let Some((file, first)) = &self.place else { return false };
+    /// The bytes in `range`, read into `row`; false where they do not come from a file, or this system does not read at places.
+    fn read(&self, range: Range<usize>, row: &mut Vec<u8>) -> Result<bool> {
+        let Some((file, first)) = &self.place else { return Ok(false) };
         row.resize(range.len(), 0);
-        read_at(file, row, first + range.start as u64).is_ok()
+        match read_at(file, row, first + range.start as u64) {
+            Ok(()) => Ok(true),
+            Err(e) if e.kind() == ErrorKind::Unsupported => Ok(false),
+            Err(e) => Err(Error::io(&self.name, e)),
+        }
     }
 
     /// The bytes in `range`.
@@ -116,7 +123,7 @@ impl Bricks for Plain {
             for y in first[1]..first[1] + size[1] {
                 let voxel = (along(2, z) * self.whole[1] + along(1, y)) * self.whole[0] + along(0, first[0]);
                 let range = voxel * self.each..voxel * self.each + span;
-                let row = match apart && self.source.read(range.clone(), &mut buffer) {
+                let row = match apart && self.source.read(range.clone(), &mut buffer)? {
                     true => &buffer[..],
                     false => {
                         mapped = true;
@@ -158,5 +165,5 @@ fn read_at(file: &File, out: &mut [u8], at: u64) -> std::io::Result<()> {
 /// Where files have one position for all, the mapping is read.
 #[cfg(not(unix))]
 fn read_at(_: &File, _: &mut [u8], _: u64) -> std::io::Result<()> {
-    Err(std::io::ErrorKind::Unsupported.into())
+    Err(ErrorKind::Unsupported.into())
 }
