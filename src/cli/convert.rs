@@ -207,7 +207,12 @@ fn pyramid(args: &ConvertArgs, plan: &Plan) -> Result<()> {
     let written = written?;
     written.notes.iter().for_each(|note| complain("note", note));
     let [x, y, z] = volume.grid().dims();
-    eprintln!("{}: {x} x {y} x {z} voxels of {} and coarser levels in {} bytes of OME-Zarr", args.output.display(), written.voxel_type, written.bytes);
+    eprintln!(
+        "{}: {x} x {y} x {z} voxels of {} and coarser levels in {} bytes of OME-Zarr",
+        args.output.display(),
+        written.voxel_type,
+        written.bytes
+    );
     Ok(())
 }
 

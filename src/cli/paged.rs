@@ -38,7 +38,10 @@ pub(super) fn bytes(text: &str) -> Result<u64, String> {
         .iter()
         .find_map(|(end, unit)| {
             let at = text.len().checked_sub(end.len())?;
-            text.is_char_boundary(at).then(|| text.split_at(at)).filter(|(_, tail)| tail.eq_ignore_ascii_case(end)).map(|(head, _)| (head, *unit))
+            text.is_char_boundary(at)
+                .then(|| text.split_at(at))
+                .filter(|(_, tail)| tail.eq_ignore_ascii_case(end))
+                .map(|(head, _)| (head, *unit))
         })
         .unwrap_or((text, 1));
     let value: f64 = number.trim().parse().map_err(|_| "write a number of bytes, such as 1GiB or 512MiB".to_owned())?;
@@ -101,7 +104,8 @@ pub(super) fn run(file: &SceneFile, memory: u64, settings: Settings, bar: &Arc<B
         complain("note", "the picture carries no scene: the volume's SHA-256, which goes with it, would take reading all of the file");
     }
     let bytes = picture.encode_with(out.format, out.depth, &Metadata::new())?;
-    let saved = out.saved.map(|saved| Ok::<_, anyhow::Error>((saved.text(&scene, file.volume(), &file.annotations())?, saved.sink))).transpose()?;
+    let saved =
+        out.saved.map(|saved| Ok::<_, anyhow::Error>((saved.text(&scene, file.volume(), &file.annotations())?, saved.sink))).transpose()?;
     clock.encode = start.elapsed().as_secs_f64();
     enter(Phase::Writing);
     out.sink.write(&bytes)?;
@@ -129,7 +133,12 @@ pub(super) fn run(file: &SceneFile, memory: u64, settings: Settings, bar: &Arc<B
         eprintln!("estimated RMS error of the colours: {error:.2e} in {}", stats::counted(stats.slices, "slice"));
     }
     if out.repeat > 1 {
-        eprintln!("shortest of {}: {:.3} ms a picture, {:.3} ms of preparation before the first", out.repeat, 1e3 * clock.render, 1e3 * clock.prepare);
+        eprintln!(
+            "shortest of {}: {:.3} ms a picture, {:.3} ms of preparation before the first",
+            out.repeat,
+            1e3 * clock.render,
+            1e3 * clock.prepare
+        );
     }
     if out.explain {
         eprint!("{}\n{}", stats::explain(&stats, &picture), explain(&pages));

@@ -1,11 +1,11 @@
 //! `slicestack render`.
 
 use super::output::{Sink, encoding, is_picture, is_plane, is_statistics, print};
+use super::paged::{self, Outputs};
 use super::progress::{Bar, Phase, catch_signals, enter, rendered};
 use super::saved::{SavedScene, is_saved_scene};
 use super::scene::{SceneArgs, level, load};
 use super::stats::{self, Clock};
-use super::paged::{self, Outputs};
 use super::{Usage, complain, show};
 use anyhow::{Result, anyhow, bail};
 use clap::builder::{PossibleValue, PossibleValuesParser};

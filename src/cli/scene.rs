@@ -99,7 +99,10 @@ impl SceneArgs {
     /// [`Usage`] for a flag that cannot be meant, `--memory` among them.
     pub(super) fn read(&self) -> Result<(SceneText<'_>, Overrides)> {
         if self.memory.is_some() {
-            bail!(Usage("--memory: `render` alone reads a volume piece by piece; animations, records, reports and views keep all of it at hand".into()));
+            bail!(Usage(
+                "--memory: `render` alone reads a volume piece by piece; animations, records, reports and views keep all of it at hand"
+                    .into()
+            ));
         }
         self.read_for_pieces()
     }

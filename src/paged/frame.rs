@@ -186,13 +186,7 @@ impl<'f> Frame<'f> {
     }
 
     /// Takes `blocks` through the slices `left`.
-    fn region<F: Finish>(
-        &self,
-        common: &Common<'_, '_, F>,
-        blocks: &mut [Block],
-        mut left: Range<i64>,
-        worker: &mut Worker,
-    ) -> Result<()> {
+    fn region<F: Finish>(&self, common: &Common<'_, '_, F>, blocks: &mut [Block], mut left: Range<i64>, worker: &mut Worker) -> Result<()> {
         let ahead = common.work.order() == Order::FrontToBack;
         loop {
             if self.control.is_stopped() {

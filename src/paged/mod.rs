@@ -219,7 +219,10 @@ impl PagedRenderer {
         let mut warnings = Vec::new();
         if let (Some(error), Some(tolerance)) = (made.error, made.tolerance) {
             if error > tolerance {
-                warnings.push(format!("tolerance {tolerance} is out of reach: the finest level in {} slices leaves an estimated error of {error:.2e}", made.count));
+                warnings.push(format!(
+                    "tolerance {tolerance} is out of reach: the finest level in {} slices leaves an estimated error of {error:.2e}",
+                    made.count
+                ));
             }
         }
         if tally.fragments + tally.corners == 0 {

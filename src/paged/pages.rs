@@ -1,8 +1,8 @@
 //! Bricks that are in memory: the latest used, as many as a limit allows.
 
+use crate::Result;
 use crate::volume::levels::{Levels, copy_brick, for_bricks};
 use crate::volume::{Volume, Voxel, Voxels, with_voxels};
-use crate::Result;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -86,7 +86,9 @@ impl<'l> Pages<'l> {
     /// Bytes of the largest brick of any level, and what reading it takes besides.
     pub(super) fn largest(levels: &Levels) -> u64 {
         let each = levels.voxel_type().bytes() as u64;
-        let of = |level: &crate::volume::levels::Level| level.sides().iter().map(|&n| n as u64).product::<u64>() * each + level.bricks().besides();
+        let of = |level: &crate::volume::levels::Level| {
+            level.sides().iter().map(|&n| n as u64).product::<u64>() * each + level.bricks().besides()
+        };
         levels.levels().iter().map(of).max().unwrap_or(0)
     }
 

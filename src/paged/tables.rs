@@ -1,8 +1,6 @@
 //! Tables of a picture, made once; and what bricks of each piece show by them.
 
-use crate::plan::{
-    MergedData, PlaceBricks, Prepared, SurfaceBricks, ThinnessData, TransferData, TransferKey, VolumeData, peak_classes,
-};
+use crate::plan::{MergedData, PlaceBricks, Prepared, SurfaceBricks, ThinnessData, TransferData, TransferKey, VolumeData, peak_classes};
 use crate::scene::{Scene, Surfaces};
 use crate::skip::{PeakTable, Runs, SkipTable};
 use crate::volume::Volume;

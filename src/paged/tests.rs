@@ -1,6 +1,8 @@
 use super::*;
 use crate::Renderer;
-use crate::scene::{Camera, Classification, ClipPlane, Fog, FogDistance, FogMode, Lighting, Method, Order, Placement, Projection, TransferFunction};
+use crate::scene::{
+    Camera, Classification, ClipPlane, Fog, FogDistance, FogMode, Lighting, Method, Order, Placement, Projection, TransferFunction,
+};
 use crate::volume::Volume;
 use crate::volume::phantom::Phantom;
 use glam::DVec3;
@@ -61,7 +63,15 @@ fn scenes(volume: &Volume, size: usize) -> Vec<(&'static str, Scene)> {
         ("lit, perspective", lit().with_camera(perspective(130.0, -25.0))),
         ("pre-integrated", base.clone().with_camera(orbit(33.0, 12.0)).with_method(method(Classification::PreIntegrated)).unwrap()),
         ("second order", base.clone().with_camera(perspective(71.0, 12.0)).with_method(method(Classification::SecondOrder)).unwrap()),
-        ("few slabs", base.clone().with_slices(Slicing::Count(23)).unwrap().with_camera(orbit(33.0, 12.0)).with_method(method(Classification::PreIntegrated)).unwrap()),
+        (
+            "few slabs",
+            base.clone()
+                .with_slices(Slicing::Count(23))
+                .unwrap()
+                .with_camera(orbit(33.0, 12.0))
+                .with_method(method(Classification::PreIntegrated))
+                .unwrap(),
+        ),
         ("back to front", base.clone().with_camera(orbit(200.0, 40.0)).with_order(Order::BackToFront)),
         ("compensated", base.clone().with_slices(Slicing::Count(3000)).unwrap().with_camera(orbit(77.0, 3.0))),
         ("from voxels", base.clone().with_camera(orbit(12.0, 55.0)).with_method(method(Classification::Pre)).unwrap()),

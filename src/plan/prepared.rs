@@ -147,7 +147,12 @@ impl TransferData {
 }
 
 /// What `bricks` of `volume` show of what `key` says.
-fn shown(classifier: &Classifier, TransferKey { transfer, transfer2d, .. }: &TransferKey, volume: &Volume, bricks: &Bricks) -> BrickClasses {
+fn shown(
+    classifier: &Classifier,
+    TransferKey { transfer, transfer2d, .. }: &TransferKey,
+    volume: &Volume,
+    bricks: &Bricks,
+) -> BrickClasses {
     let by_value = BrickClasses::new(bricks, |low, high| {
         let (low, high) = value_range(volume, low, high);
         u8::from(classifier.may_show(low, high))

@@ -79,7 +79,13 @@ impl Observer for Resumed {
 }
 
 /// The slices that cover the block at pixel `first`, none where the range is empty; what they cover is counted.
-pub(crate) fn covered(intervals: &RayIntervals<'_>, first: (u32, u32), inside: u64, batch: &mut Batch, counters: &mut Counters) -> Range<i64> {
+pub(crate) fn covered(
+    intervals: &RayIntervals<'_>,
+    first: (u32, u32),
+    inside: u64,
+    batch: &mut Batch,
+    counters: &mut Counters,
+) -> Range<i64> {
     let range = intervals.range(first.0, first.1, inside, &mut batch.pixels);
     counters.blocks += 1;
     counters.fragments += range.fragments;

@@ -247,7 +247,9 @@ impl VolumeSource {
             return Err(Error::invalid("labels: there are no levels of detail of them"));
         }
         if let Some(crop) = &self.crop {
-            return Err(Error::invalid(format!("volume.crop {crop:?}: levels of detail are of the whole volume; leave it out, or cut with [[clip]]")));
+            return Err(Error::invalid(format!(
+                "volume.crop {crop:?}: levels of detail are of the whole volume; leave it out, or cut with [[clip]]"
+            )));
         }
         let changed = self.spacing.is_some() || self.position.is_some() || self.slope.is_some() || self.intercept.is_some();
         if let Origin::File(path) = &self.origin {

@@ -187,7 +187,8 @@ impl Levels {
     pub(crate) fn like(&self) -> Volume {
         let (slope, intercept) = self.rescale;
         let one = Voxels::zeros(self.kind, 1);
-        let made = Grid::with_spacing([1; 3], [1.0; 3]).and_then(|grid| Volume::new(grid, one)).and_then(|v| v.with_rescale(slope, intercept));
+        let made =
+            Grid::with_spacing([1; 3], [1.0; 3]).and_then(|grid| Volume::new(grid, one)).and_then(|v| v.with_rescale(slope, intercept));
         made.unwrap_or_else(|e| unreachable!("one voxel, rescaled as a volume was: {e}"))
     }
 

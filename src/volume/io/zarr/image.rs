@@ -208,7 +208,9 @@ impl Image {
         if self.multiscale.as_ref().is_some_and(|m| m.labels.is_some()) {
             return Err(Error::format(path, "labels have no levels of detail to be rendered from"));
         }
-        let same = |level: &&Level| level.array.stored.voxel_type() == self.levels[self.level].as_ref().map_or(VoxelType::U8, |l| l.array.stored.voxel_type());
+        let same = |level: &&Level| {
+            level.array.stored.voxel_type() == self.levels[self.level].as_ref().map_or(VoxelType::U8, |l| l.array.stored.voxel_type())
+        };
         let mut all = Vec::new();
         for (i, level) in self.levels.iter().enumerate().skip(self.level) {
             let Some(level) = level.as_ref().ok().filter(same) else { break };

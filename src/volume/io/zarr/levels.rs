@@ -57,7 +57,11 @@ pub(in crate::volume::io) fn levels(store: Store, reading: &Reading) -> Result<L
     let tree = Arc::new(Tree::open(store)?);
     let chosen = choice::node(&tree, reading.choice.array.as_deref())?;
     let (path, way, attributes) = (chosen.node.path.clone(), chosen.node.way.clone(), chosen.node.attributes.clone());
-    let finest = Reading { pixels: None, choice: crate::volume::io::Choice { level: reading.choice.level.or(Some(0)), ..reading.choice.clone() }, ..reading.clone() };
+    let finest = Reading {
+        pixels: None,
+        choice: crate::volume::io::Choice { level: reading.choice.level.or(Some(0)), ..reading.choice.clone() },
+        ..reading.clone()
+    };
     let image = Image::open(&tree, chosen, &finest)?;
     let (all, (frame, channel), like) = image.finest_first()?;
     let own = Json::new(&path, &attributes).get(OWN);

@@ -40,9 +40,9 @@ use crate::Result;
 use crate::volume::Volume;
 use image::Image;
 pub(super) use levels::levels;
-pub use write::write_pyramid;
 use node::Node;
 use tree::Tree;
+pub use write::write_pyramid;
 
 /// Where the name of the first file stands in a zip file; its length is four bytes before.
 const ZIP_NAME: usize = 30;

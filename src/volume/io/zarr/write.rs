@@ -285,7 +285,9 @@ impl Pyramid<'_> {
             notes.push("OME-Zarr keeps no directions of axes: they are taken as x, y and z where it is read".to_owned());
         }
         if (slope, intercept) != (1.0, 0.0) {
-            notes.push(format!("OME-Zarr keeps no slope and intercept, {slope} and {intercept}: numbers are written as stored, and both beside them"));
+            notes.push(format!(
+                "OME-Zarr keeps no slope and intercept, {slope} and {intercept}: numbers are written as stored, and both beside them"
+            ));
         }
         if let Some(name) = volume.modality().name() {
             notes.push(format!("OME-Zarr does not keep the kind of values: give --volume.modality {name} where it is read"));
@@ -375,9 +377,8 @@ fn mean<T: Voxel>(from: &[T], size: [usize; 3], factor: [usize; 3], out: &mut [u
         for j in 0..rows {
             let to = &mut plane[(first[0] + j) * nx..][..nx];
             let range = |n: usize, axis: usize| n * factor[axis]..((n + 1) * factor[axis]).min(size[axis]);
-            let lines: Vec<&[T]> = range(k, 2)
-                .flat_map(|z| range(j, 1).map(move |y| &from[(z * size[1] + y) * size[0]..][..size[0]]))
-                .collect();
+            let lines: Vec<&[T]> =
+                range(k, 2).flat_map(|z| range(j, 1).map(move |y| &from[(z * size[1] + y) * size[0]..][..size[0]])).collect();
             for (i, to) in to.iter_mut().enumerate() {
                 let cells = range(i, 0);
                 let count = cells.len() * lines.len();
