@@ -8,7 +8,7 @@ use super::scene::{SceneArgs, level, load, threads};
 use super::signals::go_on;
 use super::stats::{self, Clock};
 use super::{Usage, complain, show, tell};
-use anyhow::{Result, bail};
+use anyhow::{Result, anyhow, bail};
 use clap::builder::{PossibleValue, PossibleValuesParser};
 use slicestack::annotate::{annotate, check};
 use slicestack::picture::{Aov, Depth, Format, Metadata, PlaneFormat};
@@ -164,7 +164,10 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
         };
         return paged::run(&scene_file, memory, settings, &bar, out);
     }
-    let volume = load(scene_file.volume(), &settings.limits)?;
+    let volume = load(scene_file.volume(), &settings.limits).map_err(|e| match e.downcast_ref() {
+        Some(Error::Limit { .. }) => anyhow!("{e}; with --memory SIZE a file that can be mapped is rendered piece by piece"),
+        _ => e,
+    })?;
     sink.spare_read()?;
     clock.load = start.elapsed().as_secs_f64();
     // Presets look at the voxels, and keep what they found for the frame.

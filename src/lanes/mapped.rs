@@ -16,6 +16,8 @@ use std::sync::Arc;
 #[derive(Debug)]
 pub(crate) struct Mapped<T> {
     map: Arc<Watch>,
+    /// The file, and the byte of it at which the numbers begin.
+    place: Option<(Arc<File>, u64)>,
     kind: PhantomData<T>,
 }
 
@@ -28,7 +30,7 @@ struct Watch {
 
 impl<T> Clone for Mapped<T> {
     fn clone(&self) -> Self {
-        Self { map: self.map.clone(), kind: PhantomData }
+        Self { map: self.map.clone(), place: self.place.clone(), kind: PhantomData }
     }
 }
 
@@ -53,10 +55,16 @@ impl<T: Pod> Mapped<T> {
         #[cfg(unix)]
         drop(map.advise(memmap2::Advice::WillNeed));
         // A page starts at a multiple of any alignment here, but that is the system's word.
+        let place = file.try_clone().ok().map(|file| (Arc::new(file), first));
         Ok(bytemuck::try_cast_slice::<u8, T>(&map).is_ok().then(|| {
             let watched = Watched::over(&map, path);
-            Self { map: Arc::new(Watch { _watched: watched, map }), kind: PhantomData }
+            Self { map: Arc::new(Watch { _watched: watched, map }), place, kind: PhantomData }
         }))
+    }
+
+    /// The file, and the byte of it at which the numbers begin: to read some that lie far from others.
+    pub(crate) fn place(&self) -> Option<&(Arc<File>, u64)> {
+        self.place.as_ref()
     }
 
     /// Lets go of the pages that were looked at: they count as this process's memory no longer, and are brought again when they are looked at

@@ -13,7 +13,7 @@ pub(super) const BELOW: usize = 2;
 /// The whole error over what two levels tell of it.
 const REST: f64 = 4.0 / 3.0;
 /// Of so many blocks one judges.
-const SHARE: usize = 128;
+const SHARE: usize = 256;
 /// Blocks that judge, at least.
 const FEWEST: usize = 16;
 
@@ -97,4 +97,43 @@ fn roughness(pixels: &[[f32; 4]], (width, height): (usize, usize), (x0, y0, w, h
         }
     }
     (sum / (6 * w * h) as f64).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A picture of 96 x 64 pixels, of which block `rough` is noise.
+    fn picture(rough: Option<usize>) -> Vec<[f32; 4]> {
+        let value = |i: usize| {
+            let (x, y) = (i % 96, i / 96);
+            let noise = (i as u32).wrapping_mul(2_654_435_761) >> 24;
+            if Some(y / 8 * 12 + x / 8) == rough { noise as f32 / 256.0 } else { x as f32 / 96.0 }
+        };
+        (0..96 * 64).map(|i| [value(i); 4]).collect()
+    }
+
+    #[test]
+    fn an_error_everywhere_is_told_as_it_is() {
+        let pixels = picture(None);
+        let judges = Judges::of(&pixels, (96, 64));
+        assert_eq!(judges.regions.len(), FEWEST);
+        let off: Vec<_> = pixels.iter().map(|p| [p[0] + 0.01, p[1] + 0.01, p[2] + 0.01, p[3]]).collect();
+        let told = judges.error(&judges.cut(&pixels), &judges.cut(&off));
+        assert!((told / (0.01 * REST) - 1.0).abs() < 0.1, "{told}");
+    }
+
+    #[test]
+    fn an_error_where_the_picture_is_rough_is_found() {
+        for rough in [0, 37, 95] {
+            let pixels = picture(Some(rough));
+            let judges = Judges::of(&pixels, (96, 64));
+            let mut off = pixels.clone();
+            let inside = |i: usize| i / 96 / 8 * 12 + i % 96 / 8 == rough;
+            (0..off.len()).filter(|&i| inside(i)).for_each(|i| off[i][1] += 0.3);
+            let told = judges.error(&judges.cut(&pixels), &judges.cut(&off));
+            let is = (64.0 * 0.3f64 * 0.3 / (3.0 * 96.0 * 64.0)).sqrt();
+            assert!(told > 0.8 * is && told < 2.0 * is, "{rough}: {told}, {is}");
+        }
+    }
 }

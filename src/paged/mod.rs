@@ -33,9 +33,9 @@ mod tables;
 #[cfg(test)]
 mod tests;
 
-use crate::lanes::{Level as Vectors, SIDE};
+use crate::lanes::Level as Vectors;
 use crate::picture::Picture;
-use crate::plan::{Detail, passed_over};
+use crate::plan::{Detail, Planned, passed_over};
 use crate::proxy::Stack;
 use crate::raster::Finish;
 use crate::renderer::{OverBackground, RenderStats, adaptive, canvas, slice_count};
@@ -47,7 +47,7 @@ use crate::{Error, Result, Settings};
 use frame::{Frame, PIECE, PieceCounts};
 use judge::{BELOW, Judges};
 use pages::Pages;
-use run::{Done, Region};
+use run::{Done, put, regions};
 use sight::Sight;
 use std::time::Instant;
 use tables::Tables;
@@ -58,10 +58,6 @@ const USUAL_TOLERANCE: f64 = 1.0 / 256.0;
 const AIM: f64 = 0.9;
 /// Transmittance at which pixels that judge end, as a share of the picture's own.
 const LATER: f32 = 1.0 / 64.0;
-/// Side of a region in blocks, in large pictures and in small ones.
-const SIDES: [u32; 2] = [8, 4];
-/// Pixels of a large picture.
-const LARGE: u64 = 512 * 512;
 /// Bytes for what does not depend on the picture: tables, the program itself.
 const BASE: u64 = 24 << 20;
 /// Least bytes of bricks that are kept.
@@ -324,6 +320,9 @@ impl PagedRenderer {
     }
 
     /// The picture of `job` into `pixels`, at the levels and in the slices that it takes.
+    ///
+    /// The first picture, of the coarsest levels, tells where to judge. From there on the blocks that judge are rendered alone, until their error
+    /// does, and the picture once more.
     fn search(&self, job: &mut Job<'_>, pixels: &mut [[f32; 4]]) -> Result<Made> {
         let size = job.scene.size();
         let tolerance = if let Slicing::Tolerance(tolerance) = job.scene.slicing() { Some(tolerance) } else { None };
@@ -333,35 +332,32 @@ impl PagedRenderer {
         let goal = AIM * tolerance.unwrap_or(USUAL_TOLERANCE);
         let mut finer = 0;
         let regions = regions(size);
+        let mut made = Made { count, finer, planned: Vec::new(), error: None, level_error: 0.0, tolerance };
         if Sight::new(&self.levels, &job.view, &[], 1).stack.is_empty() {
             pixels.fill(OverBackground::new(job.scene, &crate::plan::method(job.scene)).nothing());
-            return Ok(Made { count: 0, finer, planned: Vec::new(), error: None, level_error: 0.0, tolerance });
+            return Ok(Made { count: 0, ..made });
         }
+        let done = self.frame(job, count, finer, false, tolerance).run(&regions, "rendering")?;
+        put(&regions, &done.pixels, pixels, size);
+        made.planned = job.take(done);
+        let mut at_finest = Sight::new(&self.levels, &job.view, &[], count).is_finest(finer);
+        if at_finest && !several {
+            return Ok(made);
+        }
+        let judges = Judges::of(pixels, size);
+        let mut own = judges.cut(pixels);
         loop {
-            let frame = self.frame(job, count, finer, false, tolerance);
-            let at_finest = frame.sight.is_finest(finer);
-            let done = frame.run(&regions, "rendering")?;
-            put(&regions, &done.pixels, pixels, size);
-            let planned = job.take(done);
-            let made = |error: Option<f64>, level_error: f64| Made { count, finer, planned, error, level_error, tolerance };
-            if at_finest && !several {
-                return Ok(made(None, 0.0));
-            }
-            let judges = Judges::of(pixels, size);
-            let own = judges.cut(pixels);
-            let judge = |job: &mut Job<'_>, count: u64, finer: usize| -> Result<f64> {
-                let done = self.frame(job, count, finer, true, tolerance).run(&judges.regions, "judging")?;
-                let error = judges.error(&own, &done.pixels);
-                job.take(done);
-                Ok(error)
+            let level_error = if at_finest { 0.0 } else { self.judged(job, &judges, &own, (count, finer), tolerance)? };
+            let error = match several {
+                true => self.judged(job, &judges, &own, ((4 * count).min(MOST), finer), tolerance)?,
+                false => level_error,
             };
-            let level_error = if at_finest { 0.0 } else { judge(job, count, finer + BELOW)? };
-            let error = if several { judge(job, (4 * count).min(MOST), finer + BELOW)? } else { level_error };
+            (made.level_error, made.error) = (level_error, (several || !at_finest).then_some(error));
             let slices_may = tolerance.is_some() && 2 * count <= MOST;
             // A number of slices that the scene gives is not changed for an error.
             let decides = if tolerance.is_some() { error } else { level_error };
             if decides <= goal || at_finest && !slices_may {
-                return Ok(made(Some(error), level_error));
+                break;
             }
             // What is worse is refined.
             if slices_may && (at_finest || 2.0 * level_error * level_error < error * error) {
@@ -369,7 +365,32 @@ impl PagedRenderer {
             } else {
                 finer += 1;
             }
+            at_finest = Sight::new(&self.levels, &job.view, &[], count).is_finest(finer);
+            let done = self.frame(job, count, finer, false, tolerance).run(&judges.regions, "judging")?;
+            own.clone_from(&done.pixels);
+            job.take(done);
         }
+        if (made.count, made.finer) != (count, finer) {
+            let done = self.frame(job, count, finer, false, tolerance).run(&regions, "rendering")?;
+            put(&regions, &done.pixels, pixels, size);
+            made.planned = job.take(done);
+        }
+        Ok(Made { count, finer, ..made })
+    }
+
+    /// What the pixels `own` of `judges` differ by from those of finer levels, in `count` slices.
+    fn judged(
+        &self,
+        job: &mut Job<'_>,
+        judges: &Judges,
+        own: &[Vec<[f32; 4]>],
+        (count, finer): (u64, usize),
+        tolerance: Option<f64>,
+    ) -> Result<f64> {
+        let done = self.frame(job, count, finer + BELOW, true, tolerance).run(&judges.regions, "judging")?;
+        let error = judges.error(own, &done.pixels);
+        job.take(done);
+        Ok(error)
     }
 
     /// Slices to begin with: as many as the scene says; to a tolerance, as many as voxels of the coarsest level take.
@@ -395,7 +416,7 @@ const MOST: u64 = 1 << 16;
 struct Made {
     count: u64,
     finer: usize,
-    planned: Vec<crate::plan::Planned>,
+    planned: Vec<Planned>,
     error: Option<f64>,
     level_error: f64,
     tolerance: Option<f64>,
@@ -403,31 +424,10 @@ struct Made {
 
 impl Job<'_> {
     /// Counts what was done; what it left out.
-    fn take(&mut self, done: Done) -> Vec<crate::plan::Planned> {
+    fn take(&mut self, done: Done) -> Vec<Planned> {
         self.counters.add(&done.counters);
         self.counts.add(&done.counts);
         self.frames += 1;
         done.planned
-    }
-}
-
-/// The regions of a picture, row by row.
-fn regions((width, height): (u32, u32)) -> Vec<Region> {
-    let side = SIDES[usize::from(u64::from(width) * u64::from(height) < LARGE)];
-    let (columns, rows) = (width.div_ceil(SIDE as u32), height.div_ceil(SIDE as u32));
-    let starts = |n: u32| (0..n).step_by(side as usize);
-    starts(rows).flat_map(|y| starts(columns).map(move |x| (x..(x + side).min(columns), y..(y + side).min(rows)))).collect()
-}
-
-/// Lays the pixels of regions into the picture's.
-fn put(regions: &[Region], parts: &[Vec<[f32; 4]>], pixels: &mut [[f32; 4]], (width, height): (u32, u32)) {
-    let side = SIDE as u32;
-    for ((columns, rows), part) in regions.iter().zip(parts) {
-        let (left, right) = (columns.start * side, (columns.end * side).min(width));
-        let top = rows.start * side;
-        let bottom = (rows.end * side).min(height);
-        for (y, row) in (top..bottom).zip(part.chunks_exact((right - left) as usize)) {
-            pixels[y as usize * width as usize + left as usize..][..row.len()].copy_from_slice(row);
-        }
     }
 }

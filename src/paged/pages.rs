@@ -40,7 +40,12 @@ struct State {
     now: u64,
     bytes: u64,
     peak: u64,
+    /// Memory of bricks that made room, for the next ones: what one thread frees another could not have.
+    free: Vec<Vec<u8>>,
 }
+
+/// Most pieces of memory that wait for a brick.
+const FREE: usize = 8;
 
 /// The bricks of a volume's levels, read when they are needed.
 pub(super) struct Pages<'l> {
@@ -109,6 +114,15 @@ impl<'l> Pages<'l> {
         self.read.fetch_add(1, Ordering::Relaxed);
         self.bytes_read.fetch_add(read, Ordering::Relaxed);
         let range = range_of(&bytes, self.levels);
+        let free = self.state().free.pop().filter(|free| free.capacity() >= bytes.len());
+        let bytes = match free {
+            Some(mut free) => {
+                free.clear();
+                free.extend_from_slice(&bytes);
+                free
+            }
+            None => bytes,
+        };
         let brick = Arc::new(Brick { bytes, range });
         *place = Some(Arc::clone(&brick));
         Ok(brick)
@@ -134,7 +148,13 @@ impl<'l> Pages<'l> {
         }
         while state.bytes + bytes > self.limit {
             let Some((_, oldest)) = state.order.pop_first() else { break };
-            state.bytes -= state.bricks.remove(&oldest).map_or(0, |entry| entry.bytes);
+            let Some(entry) = state.bricks.remove(&oldest) else { continue };
+            state.bytes -= entry.bytes;
+            // One that is in use goes with its last user.
+            let held = Arc::into_inner(entry.slot).and_then(|slot| slot.into_inner().unwrap_or_else(PoisonError::into_inner));
+            if let Some(brick) = held.and_then(Arc::into_inner).filter(|_| state.free.len() < FREE) {
+                state.free.push(brick.bytes);
+            }
         }
         state.bytes += bytes;
         state.peak = state.peak.max(state.bytes);

@@ -1,6 +1,7 @@
 //! All regions of a frame, in threads.
 
 use super::frame::{Common, Frame, PieceCounts, Worker, around};
+use crate::lanes::SIDE;
 use crate::plan::{FramePlan, Planned, value_range};
 use crate::raster::{Resolve, Work};
 use crate::renderer::OverBackground;
@@ -12,6 +13,11 @@ use std::sync::{Mutex, PoisonError};
 
 /// Columns and rows of blocks.
 pub(super) type Region = (Range<u32>, Range<u32>);
+
+/// Side of a region in blocks, in large pictures and in small ones.
+const SIDES: [u32; 2] = [8, 4];
+/// Pixels of a large picture.
+const LARGE: u64 = 512 * 512;
 
 /// What became of the regions of a frame.
 pub(super) struct Done {
@@ -83,5 +89,26 @@ impl Frame<'_> {
         }
         let planned = plan.left_out.clone();
         Ok(Done { pixels, counters, counts, planned })
+    }
+}
+
+/// The regions of a picture, row by row.
+pub(super) fn regions((width, height): (u32, u32)) -> Vec<Region> {
+    let side = SIDES[usize::from(u64::from(width) * u64::from(height) < LARGE)];
+    let (columns, rows) = (width.div_ceil(SIDE as u32), height.div_ceil(SIDE as u32));
+    let starts = |n: u32| (0..n).step_by(side as usize);
+    starts(rows).flat_map(|y| starts(columns).map(move |x| (x..(x + side).min(columns), y..(y + side).min(rows)))).collect()
+}
+
+/// Lays the pixels of regions into the picture's.
+pub(super) fn put(regions: &[Region], parts: &[Vec<[f32; 4]>], pixels: &mut [[f32; 4]], (width, height): (u32, u32)) {
+    let side = SIDE as u32;
+    for ((columns, rows), part) in regions.iter().zip(parts) {
+        let (left, right) = (columns.start * side, (columns.end * side).min(width));
+        let top = rows.start * side;
+        let bottom = (rows.end * side).min(height);
+        for (y, row) in (top..bottom).zip(part.chunks_exact((right - left) as usize)) {
+            pixels[y as usize * width as usize + left as usize..][..row.len()].copy_from_slice(row);
+        }
     }
 }

@@ -86,6 +86,15 @@ impl<T: Pod> Buffer<T> {
         }
     }
 
+    /// The file that the numbers lie in, and the byte of it at which they begin.
+    pub(crate) fn place(&self) -> Option<(Arc<std::fs::File>, u64)> {
+        match &self.0 {
+            Place::Memory(_) | Place::Shared(..) => None,
+            #[cfg(feature = "formats")]
+            Place::File(mapped) => mapped.place().cloned(),
+        }
+    }
+
     /// Lets go of the pages of a mapped file that were looked at: see [`Mapped::let_go`].
     pub(crate) fn let_go(&self) {
         #[cfg(feature = "formats")]

@@ -4,9 +4,11 @@
 //! the cost of its own voxels. What that leaves out is what pictures are judged for.
 
 use super::{Bricks, Level};
-use crate::Result;
 use crate::volume::{Grid, Volume, Voxels, with_voxels};
+use crate::{Error, Result};
 use glam::{DMat3, DVec3};
+use std::fs::File;
+use std::io::ErrorKind;
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -19,18 +21,37 @@ const ROWS: usize = 16;
 /// Bytes of a mapped file that may be in memory before they are let go.
 pub(crate) const HELD: u64 = 32 << 20;
 /// Bytes beside those that are looked at which the system brings with them, at most.
-const BESIDE: u64 = 128 << 10;
+const BESIDE: u64 = 64 << 10;
+
+/// Bytes from row to row from which on rows are read one by one: the system would bring all that lies between for a mapping.
+const APART: usize = 32 << 10;
 
 /// An array's voxels. Pages of a mapped file are let go when enough of them have been looked at.
 pub(crate) struct Source {
     voxels: Voxels,
+    /// The file that they lie in, and where in it.
+    place: Option<(Arc<File>, u64)>,
+    /// Its name, for messages.
+    name: String,
     looked_at: AtomicU64,
 }
 
 impl Source {
     /// Those of `volume`.
     pub(crate) fn of(volume: &Volume) -> Self {
-        Self { voxels: volume.voxels().clone(), looked_at: AtomicU64::new(0) }
+        let place = with_voxels!(volume.voxels(), v => v.place());
+        Self { voxels: volume.voxels().clone(), place, name: volume.name().to_owned(), looked_at: AtomicU64::new(0) }
+    }
+
+    /// The bytes in `range`, read into `row`; false where they do not come from a file, or this system does not read at places.
+    fn read(&self, range: Range<usize>, row: &mut Vec<u8>) -> Result<bool> {
+        let Some((file, first)) = &self.place else { return Ok(false) };
+        row.resize(range.len(), 0);
+        match read_at(file, row, first + range.start as u64) {
+            Ok(()) => Ok(true),
+            Err(e) if e.kind() == ErrorKind::Unsupported => Ok(false),
+            Err(e) => Err(Error::io(&self.name, e)),
+        }
     }
 
     /// The bytes in `range`.
@@ -95,19 +116,54 @@ impl Bricks for Plain {
         // From the first to the last voxel of a row, with those between that are not taken.
         let along = |axis: usize, n: usize| offset(self.steps[axis]).min(self.whole[axis] - 1) + n * self.steps[axis];
         let span = ((size[0] - 1) * self.steps[0] + 1) * self.each;
+        let apart = self.steps[1] * self.whole[0] * self.each >= APART;
+        let mut buffer = Vec::new();
         for z in first[2]..first[2] + size[2] {
+            let mut mapped = false;
             for y in first[1]..first[1] + size[1] {
                 let voxel = (along(2, z) * self.whole[1] + along(1, y)) * self.whole[0] + along(0, first[0]);
-                let row = self.source.bytes(voxel * self.each..voxel * self.each + span);
+                let range = voxel * self.each..voxel * self.each + span;
+                let row = match apart && self.source.read(range.clone(), &mut buffer)? {
+                    true => &buffer[..],
+                    false => {
+                        mapped = true;
+                        self.source.bytes(range)
+                    }
+                };
                 match (self.steps[0], self.each) {
                     (1, _) => out.extend_from_slice(row),
-                    (step, 1) => out.extend(row.iter().step_by(step)),
+                    (2, 1) => every::<2>(row, &mut out),
+                    (4, 1) => every::<4>(row, &mut out),
+                    (8, 1) => every::<8>(row, &mut out),
                     (step, each) => row.chunks_exact(each).step_by(step).for_each(|voxel| out.extend_from_slice(voxel)),
                 }
             }
-            self.source.looked_at(((size[1] - 1) * self.steps[1] * self.whole[0] + size[0]) * self.each);
+            if mapped {
+                self.source.looked_at(((size[1] - 1) * self.steps[1] * self.whole[0] + size[0]) * self.each);
+            }
         }
         let read = (span * size[1] * size[2]) as u64;
         Ok((out, read))
     }
+}
+
+/// Appends every `STEP`th byte, the first one too.
+fn every<const STEP: usize>(row: &[u8], out: &mut Vec<u8>) {
+    let whole = row.chunks_exact(STEP);
+    // The last one has none behind it.
+    let rest = whole.remainder().first().copied();
+    out.extend(whole.map(|group| group[0]));
+    out.extend(rest);
+}
+
+/// Fills `out` from byte `at` of `file` on; others may read it at the same time.
+#[cfg(unix)]
+fn read_at(file: &File, out: &mut [u8], at: u64) -> std::io::Result<()> {
+    std::os::unix::fs::FileExt::read_exact_at(file, out, at)
+}
+
+/// Where files have one position for all, the mapping is read.
+#[cfg(not(unix))]
+fn read_at(_: &File, _: &mut [u8], _: u64) -> std::io::Result<()> {
+    Err(ErrorKind::Unsupported.into())
 }

@@ -219,7 +219,8 @@ impl Image {
         let one = Voxels::zeros(level.array.stored.voxel_type(), 1);
         let unit = self.multiscale.as_ref().and_then(|m| m.unit(&level.axes).0).and_then(LengthUnit::from_word);
         let mut like = field::named(path, Volume::new(Grid::with_spacing([1; 3], [1.0; 3])?, one))?.with_unit(unit);
-        for note in &self.notes {
+        // All levels are read, whichever was the one to begin with.
+        for note in self.notes.iter().filter(|note| !note.starts_with("Level ")) {
             like = like.with_note(note.clone());
         }
         Ok((all, (self.frame, self.channel), like))
