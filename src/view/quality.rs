@@ -7,8 +7,8 @@ use crate::renderer::slice_count;
 use crate::scene::{Algorithm, Scene, Slicing};
 use crate::{Result, Volume};
 
-/// Seconds for a frame, its encoding included: 30 of them a second, with time to spare for their way.
-const TIME: f64 = 0.026;
+/// Seconds for a frame, its encoding included: more than 30 of them a second, with time to spare for their way and for the screen.
+const TIME: f64 = 0.023;
 /// Share of it that a finer level may be expected to take.
 const SPARE: f64 = 0.85;
 /// Frames whose times are kept for a level.

@@ -172,6 +172,18 @@ function begin(opened) {
 
   const key = listen({ stage: byId("frame"), store, box, size, click: probe.at, home });
   keyboard({ key, probe, store });
+  // Whatever is dragged is one step of undo; heard before anybody else is.
+  const down = new Set();
+  const hold = (event) => {
+    down.add(event.pointerId);
+    store.hold();
+  };
+  const release = (event) => {
+    down.delete(event.pointerId);
+    if (!down.size) store.release();
+  };
+  addEventListener("pointerdown", hold, true);
+  for (const end of ["pointerup", "pointercancel"]) addEventListener(end, release);
   byId("undo").addEventListener("click", store.undo);
   byId("redo").addEventListener("click", store.redo);
   addEventListener("pagehide", server.close);

@@ -31,6 +31,8 @@ export function createStore(first, fit) {
   // What is in view, what the server has last drawn, and what undo goes by: a drag is one step, however many documents it passes.
   let document = first, accepted = first, committed = first;
   let past = [], future = [];
+  // Whether a hand holds something: what it does until it lets go is one step, also where it rests meanwhile.
+  let held = false;
   const listeners = new Set();
   const tell = () => listeners.forEach((listener) => listener(document));
 
@@ -53,16 +55,25 @@ export function createStore(first, fit) {
       document = next;
       tell();
     },
-    /// The changes since the last call are one step.
+    /// A hand has taken hold of something.
+    hold() {
+      held = true;
+    },
+    /// It has let go.
+    release() {
+      held = false;
+      store.settle();
+    },
+    /// The changes since the last call are one step, unless a hand is still at it.
     settle() {
-      if (document === committed) return;
+      if (held || document === committed) return;
       past = [...past, committed].slice(-STEPS);
       future = [];
       committed = document;
       tell();
     },
     undo() {
-      store.settle();
+      store.release();
       if (!past.length) return;
       future.push(committed);
       document = committed = fit(past.pop());
@@ -88,9 +99,9 @@ export function createStore(first, fit) {
     /// The server refuses `refused`: what it has drawn last stays.
     refuse(refused) {
       if (document !== refused || accepted === refused) return;
-      if (committed === refused && past.length) committed = past.pop();
+      // The step that led to it is none.
+      if (committed === refused) committed = past.pop() ?? accepted;
       document = accepted;
-      if (committed !== accepted && document !== committed) committed = accepted;
       tell();
     },
   };
