@@ -12,7 +12,7 @@ from . import _slicestack
 from ._render import _opened
 
 # Where notebooks usually are; others are named by whoever has them there.
-_NOTEBOOKS = ("http://localhost:*", "http://127.0.0.1:*", "vscode-webview:", "https://*.vscode-cdn.net")
+_NOTEBOOKS = ("http://localhost:*", "http://127.0.0.1:*", "vscode-webview:")
 
 
 class View:

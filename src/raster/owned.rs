@@ -9,14 +9,20 @@ use std::ops::Range;
 /// Asks for the fragments that a part of a volume owns.
 pub(crate) struct Owned<'d> {
     domain: &'d Domain,
+    stack: &'d Stack,
     /// The slices on which it may own some of the block at hand.
     slices: Range<i64>,
 }
 
 impl<'d> Owned<'d> {
-    /// For a part that holds `domain` of its whole.
-    pub(crate) fn new(domain: &'d Domain) -> Self {
-        Self { domain, slices: 0..0 }
+    /// For a part that holds `domain` of its whole, on the slices of `stack`.
+    pub(crate) fn new(domain: &'d Domain, stack: &'d Stack) -> Self {
+        Self { domain, stack, slices: 0..0 }
+    }
+
+    /// Slices on which it may own some of the block whose first pixel is (x,y).
+    fn slices_of(&self, x: u32, y: u32) -> Range<i64> {
+        self.domain.slices(self.stack, (x, y), 0..self.stack.count as i64)
     }
 }
 
@@ -25,11 +31,15 @@ impl Observer for Owned<'_> {
     const SELECTS: bool = true;
 
     fn fresh(&self) -> Self {
-        Self::new(self.domain)
+        Self::new(self.domain, self.stack)
     }
 
-    fn block(&mut self, stack: &Stack, x: u32, y: u32, _: &Batch) {
-        self.slices = self.domain.slices(stack, (x, y), i64::MIN..i64::MAX);
+    fn wants(&self, x: u32, y: u32) -> bool {
+        !self.slices_of(x, y).is_empty()
+    }
+
+    fn block(&mut self, _: &Stack, x: u32, y: u32, _: &Batch) {
+        self.slices = self.slices_of(x, y);
     }
 
     fn slices(&self, covered: Range<i64>) -> Range<i64> {

@@ -141,9 +141,11 @@ impl Renderer {
         let kind = kind(scene);
         self.pooled(|r| {
             let mut pixels = canvas(size.0, size.1)?;
-            let observer = Owned::new(domain);
+            // Blocks that lie beside the part are left as they are.
+            pixels.fill(start_values(scene));
+            let observer = Owned::new(domain, &stack);
             let mut job = RenderJob { scene, view: stack.view, clock: Clock::default(), observer, output: Output::Gathered };
-            let request = Request { stack, terminate: 0.0, detail: Detail::Usual, blocks: None, domain: Some(domain) };
+            let request = Request { stack: stack.clone(), terminate: 0.0, detail: Detail::Usual, blocks: None, domain: Some(domain) };
             let done = r.requested(&mut job, request, &mut pixels)?;
             let rectangle = Rectangle::cropped(size, &pixels, start_values(scene));
             // What colours stand for needs no number.
