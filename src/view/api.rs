@@ -72,6 +72,9 @@ enum Encoding {
 #[derive(Deserialize)]
 struct DocumentBody {
     document: Document,
+    /// Whether this is a question, to which a refusal is an answer like another.
+    #[serde(default)]
+    trial: bool,
 }
 
 #[derive(Deserialize)]
@@ -180,8 +183,14 @@ impl Api {
     }
 
     fn document(&self, body: &[u8]) -> Answer {
-        let DocumentBody { document } = read(body)?;
-        self.resolved(&self.opened.read(document, None)?)
+        let DocumentBody { document, trial } = read(body)?;
+        match self.opened.read(document, None) {
+            Err(error) if trial => {
+                let (text, key) = told(&error);
+                Ok(Response::json(&json!({ "error": text, "key": key })))
+            }
+            asked => self.resolved(&asked?),
+        }
     }
 
     fn preset(&self, body: &[u8]) -> Answer {

@@ -49,9 +49,20 @@ export function plain(text) {
   return words[0].toUpperCase() + words.slice(1) + (words.endsWith(".") ? "" : ".");
 }
 
+/// The axis of the volume that a camera looks along most nearly.
+function nearestAxis({ eye, target } = {}) {
+  const way = eye && target ? target.map((t, n) => t - eye[n]) : [0, 1, 0];
+  const axis = [0, 1, 2].reduce((best, n) => (Math.abs(way[n]) > Math.abs(way[best]) ? n : best), 0);
+  return `${way[axis] < 0 ? "-" : ""}${"xyz"[axis]}`;
+}
+
 /// What the server makes of `next`, with further changes where it needs them: { document, warnings, said }. `own` are the keys that were chosen.
 export async function agreed(next, own) {
   const said = [], used = new Set();
+  if (next.render?.algorithm === "grid" && own.includes("render.algorithm") && !next.camera?.along) {
+    next = withKeys(next, { camera: { along: nearestAxis(next.camera) } });
+    said.push("Grid looks along an axis of the volume: the view is turned to the nearest one.");
+  }
   for (;;) {
     try {
       const found = await server.resolve(next);

@@ -33,7 +33,7 @@ function say(words) {
 }
 
 /// Milliseconds after a turn of the wheel in which another belongs to it.
-const TICKS = 500;
+const TICKS = 800;
 
 /// Columns and rows of the picture: those that were chosen, else as many as the page has room for.
 function createSize(scene) {
@@ -153,7 +153,8 @@ function begin(opened) {
   /// Shows what the server makes of `next`, in which the keys `own` were chosen.
   async function resolve(next, own) {
     try {
-      const found = await agreed(next, own);
+      const lit = (scene) => (scene.light?.model ?? "none") !== "none", before = store.document, found = await agreed(next, own);
+      if (own.includes("render.blend") && lit(before) && !lit(next)) found.said.unshift("Light is off with this blend: values that are projected have no surface to light.");
       store.set(fit(found.document));
       store.settle();
       tell([...found.said, ...(found.warnings ?? [])].join(" "));

@@ -8,6 +8,9 @@ import { planeControls } from "./planes.js";
 import { at, withKey, withKeys } from "./store.js";
 import { length, scale, short } from "./vectors.js";
 
+/// Keys of the section render that belong to one algorithm alone.
+const OWN = ["connectivity", "plane", "spacing_correction", "games", "seed"];
+
 /// Fills the sections. `tools` holds what they share; `home` shows the view that the page began with. What it returns is told each document.
 export function fillPanels({ fields, store, box, volume, windows, size, say, handles, planes, sizes, home, redraw }) {
   const { field } = fields;
@@ -204,7 +207,7 @@ export function fillPanels({ fields, store, box, volume, windows, size, say, han
     field({ type: "range", key: "render.level", label: "Surface at", min: low, max: high }),
     field({ type: "range", key: "render.threshold", label: "Threshold", min: low, max: high }),
     field({ type: "range", key: "render.attenuation", label: "Attenuation", min: 0, max: 20, step: 0.1 }),
-    field({ type: "select", key: "render.algorithm", label: "Algorithm", ask: true }),
+    field({ type: "select", key: "render.algorithm", label: "Algorithm", ask: true, set: (d, v) => withKeys(d, { ...Object.fromEntries(OWN.map((key) => [`render.${key}`, undefined])), "render.algorithm": v }) }),
     field({ type: "select", key: "transfer.classification", label: "Classification", ask: true }),
     field({ type: "select", key: "render.filter", label: "Between voxels", ask: true, set: (d, v) => withKeys(d, { "render.filter": v, "render.prefilter": undefined }) }),
     field({

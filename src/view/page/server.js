@@ -57,7 +57,11 @@ export const open = () => json("open", {});
 /// Asks whether the server is there, and nothing else.
 export const here = () => post("here", {});
 /// The scene with everything decided that `document` leaves open.
-export const resolve = (document) => json("document", { document });
+export async function resolve(document) {
+  const found = await json("document", { document, trial: true });
+  if (found.error) throw new Refused(400, found.error, found.key);
+  return found;
+}
 export const preset = (document, name) => json("preset", { document, preset: name });
 export const probe = (document, [width, height], [x, y]) => json("probe", { document, width, height, x, y });
 export const command = (document, [width, height]) => json("command", { document, width, height });
