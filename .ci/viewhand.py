@@ -172,6 +172,13 @@ def numbers(page):
     b.press("Control+z")
     page.rest()
     check(page.bytes() == opened, "undo takes the slice away")
+    b.run("const i = [...document.querySelectorAll('label')].find((l) => l.innerText.trim() === 'Elevation').querySelector('input'); i.focus(); i.select()")
+    b.press("1", "9", "9", "Enter")
+    page.rest()
+    check(page.angle("Elevation") == 90 and "Elevation" in page.message(), f"a number that is too large is told: {page.message()}")
+    b.run("document.activeElement.blur()")
+    b.press("Control+z")
+    page.rest()
     b.run("document.querySelector('[data-point=opacity-1]').focus()")
     b.press(" ", "9", "9", "9", "9", "9", "9", "Enter")
     time.sleep(0.2)
@@ -183,7 +190,8 @@ def numbers(page):
     b.run("document.getElementById('frame').focus()")
     b.press("Control+z")
     page.rest()
-    check(page.message() == "" and page.bytes() == opened, "words go when what they tell of is undone")
+    said = page.message()
+    check(said == "" and page.bytes() == opened, "words go when what they tell of is undone")
 
 
 def methods(page):

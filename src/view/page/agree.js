@@ -32,12 +32,15 @@ const remedies = [
   { when: /^render[ .]filter/, change: () => ({ "render.filter": "linear", "render.prefilter": undefined }), words: () => "Between voxels is linear now, which this needs." },
   { when: /^render[ .]hit/, change: () => ({ "render.hit": "first-sample" }), words: () => "The surface is the first sample beyond it now." },
   { when: /^render[ .]window/, change: () => ({ "render.window": undefined }), words: () => "The window is left open now." },
+  { when: /^cut:.*render[ .]blend/, change: () => ({ "render.blend": "over" }), words: () => "Blend is over now: slices hide what is behind them." },
+  { when: /^cut:.*for the algorithms/, change: () => ({ "render.algorithm": "slices" }), words: () => "Algorithm is slices now, which slices through the data need." },
   { when: /^render[ .](blend|level)/, change: () => ({ "render.blend": "over", "render.level": undefined, "render.hit": undefined }), words: () => "Blend is over now, which this needs." },
   { when: /render[ .]algorithm|^labels and regions/, change: () => ({ "render.algorithm": "slices" }), words: () => "Algorithm is slices now, which this needs." },
 ];
 
 /// Names of keys as the page's own controls have them.
 const LABELS = [
+  [/; give camera\.along/, "; choose another algorithm to turn it freely"], [/^camera: /, ""],
   [/\(?transfer[ .]classification( pre-integrated and second-order)?\)?/g, "classification"], [/slices[ .]tolerance( [\d.e-]+)?/g, "an allowed error"], [/slices[ .](count|spacing)/g, "a number of slices"],
   [/render[ .]algorithm/g, "the algorithm"], [/render[ .]blend/g, "the blend"], [/render[ .]filter/g, "“Between voxels”"], [/fog[ .](weighting|mode)/g, "fog"], [/[a-z]+\.([a-z_]+)/g, "$1"],
   [/^cut: planes inside the picture/, "slices through the data"],

@@ -21,9 +21,9 @@ export function fillPanels({ fields, store, box, volume, windows, size, say, han
   const row = (...children) => make("div", { class: "row" }, ...children);
 
   // View.
-  const angle = (name, label) =>
+  const angle = (name, label, more = {}) =>
     field({
-      type: "number", label, digits: 5, help: "Degrees",
+      type: "number", label, digits: 5, ...more, help: "Degrees",
       get: (d) => anglesOf(camera(d), box)[name],
       set: (d, value) => withCamera(d, placed(camera(d), box, { ...anglesOf(camera(d), box), [name]: value }, fogged(d))),
     });
@@ -59,7 +59,7 @@ export function fillPanels({ fields, store, box, volume, windows, size, say, han
       get: (d) => began() / seen(camera(d)),
       set: (d, value) => withCamera(d, magnified(camera(d), (seen(camera(d)) * value) / began())),
     }),
-    row(angle("azimuth", "Azimuth"), angle("elevation", "Elevation"), angle("roll", "Roll"))
+    row(angle("azimuth", "Azimuth"), angle("elevation", "Elevation", { min: -90, max: 90 }), angle("roll", "Roll"))
   );
   // World units along the picture's shorter side: a picture of another shape shows as much there.
   function began() {
@@ -105,7 +105,7 @@ export function fillPanels({ fields, store, box, volume, windows, size, say, han
   const noSlices = () => say("There are six slices already.");
   const slices = AXES.flatMap((name, axis) => [
     field({
-      type: "check", label: `Slice along ${name}`, get: (d) => slicesOf(d, box)[axis] !== null,
+      type: "check", label: `Slice along ${name}`, ask: true, owns: ["cut"], get: (d) => slicesOf(d, box)[axis] !== null,
       set: (d, on) => {
         const next = withSlice(d, axis, on ? 0.5 * (box.low[axis] + box.high[axis]) : null, box);
         if (!next) return noSlices();

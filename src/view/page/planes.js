@@ -36,7 +36,7 @@ export function planeControls({ planes, fields, store, box, size, say, shown, re
     planes.choose(count);
     store.set(made);
     shown();
-    say("Drag the red dot in the picture to move the plane, the one with the red rim to turn it.");
+    say("Drag the filled red dot in the picture to move the plane, the hollow one to turn it.");
   });
   const remove = button("Remove this plane", () => {
     store.set(planes.changed(store.document, null));
