@@ -131,7 +131,7 @@ pub mod view;
 pub mod volume;
 
 pub use error::{Error, Result};
-pub use lanes::{Level, OrOneLine};
+pub use lanes::{Level, OrOneLine, give_back_memory};
 pub use picture::{Aov, Picture, Plane};
 #[cfg(feature = "encoders")]
 pub use picture::{Depth, Format};

@@ -7,7 +7,7 @@ use super::{Usage, complain, tell};
 use anyhow::{Context, Result, bail};
 use slicestack::picture::{Depth, Format};
 use slicestack::scene::{Camera, ResolvedScene};
-use slicestack::view::export::{Page, START, Views, nearest_row, of_one_size};
+use slicestack::view::export::{Page, START, Views, nearest_row, of_one_size, pictures_of, title_of};
 use slicestack::{Progress, Renderer, Scene, Settings, Volume};
 use std::fs;
 use std::io::{ErrorKind, Read};
@@ -41,7 +41,8 @@ pub(super) fn run(folder: &Path, views: Views, args: &SceneArgs, settings: Setti
     } else {
         views.around(scene.camera(), volume.grid(), scene.size())?
     };
-    let title = args.input.as_deref().and_then(Path::file_name).map_or("built-in volume".into(), |name| name.to_string_lossy());
+    let title =
+        args.input.as_deref().and_then(Path::file_name).map_or_else(|| title_of(scene_file.volume()).into(), |name| name.to_string_lossy());
     let first_row = nearest_row(&cameras, scene.camera(), volume.grid(), scene.size())?;
     let page = Page { title: &title, views, size: scene.size(), first_row };
 
@@ -57,12 +58,14 @@ fn make(folder: &Folder, page: &Page<'_>, cameras: &[Vec<Camera>], scene: &Scene
     let mut renderer = Renderer::new(volume, settings.progress(Arc::clone(&frames) as Arc<dyn Progress>));
     let mut outputs = Outputs::default();
     outputs.folder(&folder.path)?;
-    let mut bytes = 0;
+    let (mut bytes, mut names) = (0, Vec::new());
     for (row, cameras) in cameras.iter().enumerate() {
         for (column, camera) in cameras.iter().enumerate() {
             let picture = renderer.render(&scene.clone().with_camera(*camera))?.0.encode(Format::WebP, Depth::Eight)?;
             bytes += picture.len() as u64;
-            outputs.add(&Sink::File(folder.path.join(page.views.name(column, row))), &picture)?;
+            let name = page.views.name(column, row);
+            outputs.add(&Sink::File(folder.path.join(&name)), &picture)?;
+            names.push(name);
             frames.next();
         }
     }
@@ -70,7 +73,9 @@ fn make(folder: &Folder, page: &Page<'_>, cameras: &[Vec<Camera>], scene: &Scene
     let html = page.html();
     // The page comes last: what it names is there.
     outputs.add(&Sink::File(folder.path.join(PAGE)), html.as_bytes())?;
+    let older = folder.pictures()?;
     outputs.finish()?;
+    folder.clear(older.iter().filter(|name| !names.contains(name)))?;
     Ok(bytes + html.len() as u64)
 }
 
@@ -102,5 +107,26 @@ impl Folder {
             file => file.and_then(|f| f.take(START.len() as u64).read_to_end(&mut start)).with_context(|| page.display().to_string())?,
         };
         Ok(start == START)
+    }
+
+    /// The pictures that the page of an older export names.
+    fn pictures(&self) -> Result<Vec<String>> {
+        let page = self.path.join(PAGE);
+        match fs::read(&page) {
+            Err(e) if e.kind() == ErrorKind::NotFound => Ok(Vec::new()),
+            html => Ok(pictures_of(&String::from_utf8_lossy(&html.with_context(|| page.display().to_string())?))),
+        }
+    }
+
+    /// Removes pictures of an older export that no page names any more.
+    fn clear<'n>(&self, names: impl Iterator<Item = &'n String>) -> Result<()> {
+        for name in names {
+            let path = self.path.join(name);
+            match fs::remove_file(&path) {
+                Err(e) if e.kind() == ErrorKind::NotFound => {}
+                removed => removed.with_context(|| path.display().to_string())?,
+            }
+        }
+        Ok(())
     }
 }

@@ -31,7 +31,7 @@ mod wide;
 #[cfg(target_arch = "x86_64")]
 mod ymm;
 
-pub use allocator::OrOneLine;
+pub use allocator::{OrOneLine, give_back_memory};
 pub(crate) use cells::{Blocks, CellLoad, CornerPairs, Corners, ToF32, convert};
 #[cfg(feature = "formats")]
 pub(crate) use cut_short::look_for_cut;
