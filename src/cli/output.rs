@@ -2,7 +2,7 @@
 
 use super::Usage;
 use super::signals::go_on;
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use slicestack::Plane;
 use slicestack::files::{Staged, check, was_read};
 use slicestack::picture::{Depth, Format};
@@ -135,7 +135,10 @@ pub(super) fn is_new_folder(path: &Path, flag: &str) -> Result<bool> {
     }
     check_parent(path)?;
     if path.exists() {
-        check(&path.join(".slicestack")).with_context(|| path.display().to_string())?;
+        check(&path.join("file")).map_err(|e| match e {
+            slicestack::Error::Io { source, .. } => anyhow!("{}: no file can be written there: {source}", path.display()),
+            other => other.into(),
+        })?;
         return Ok(false);
     }
     check(path)?;
