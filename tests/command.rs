@@ -479,3 +479,30 @@ fn no_part_of_an_input_is_replaced() {
     assert_eq!(out.status.code(), Some(2), "{}", text(&out.stderr));
     assert_eq!(fs::read(dir.path().join("in.nrrd")).unwrap(), nrrd);
 }
+
+#[test]
+fn the_manual_has_a_page_for_each_verb() {
+    let dir = dir();
+    for _ in 0..2 {
+        let out = run(dir.path(), &["manual", "man1"]);
+        assert!(out.status.success(), "{}", text(&out.stderr));
+    }
+    let page = |name: &str| fs::read_to_string(dir.path().join("man1").join(name)).unwrap();
+    let help = text(&run(dir.path(), &["--help"]).stdout);
+    let verbs: Vec<&str> = help
+        .lines()
+        .skip_while(|l| !l.starts_with("Commands:"))
+        .skip(1)
+        .take_while(|l| l.starts_with("  "))
+        .filter_map(|l| l.split_whitespace().next())
+        .collect();
+    assert!(verbs.len() > 15 && verbs.contains(&"render"), "{verbs:?}");
+    for verb in verbs.iter().filter(|v| **v != "help") {
+        assert!(page(&format!("slicestack-{verb}.1")).contains(&format!(".TH slicestack-{verb} 1")), "{verb}");
+    }
+    let render = page("slicestack-render.1");
+    assert!(render.contains("\\-\\-repeat") && render.contains("shortest time"), "{render}");
+    assert!(page("slicestack.1").contains("slicestack\\-render(1)"));
+    fs::write(dir.path().join("man1/slicestack-render.1"), "mine").unwrap();
+    assert!(refused(dir.path(), &["manual", "man1"], 1).contains("is no page of this manual"));
+}
