@@ -248,7 +248,9 @@ function steps(store) {
     if (down.delete(what) && !down.size) store.release();
   };
   // Heard before anybody else does something about it, and let go after all have.
-  addEventListener("pointerdown", (event) => hold(event.pointerId), true);
+  // Lists and menus of the browser's own may keep the end of a press to themselves.
+  const ours = ({ target, button }) => (button === 0 && !target.closest("select, input[type=color]")) || target.closest("#frame");
+  addEventListener("pointerdown", (event) => ours(event) && hold(event.pointerId), true);
   for (const end of ["pointerup", "pointercancel"]) addEventListener(end, (event) => release(event.pointerId));
   addEventListener("keydown", (event) => !event.ctrlKey && !event.metaKey && !event.altKey && hold(event.code), true);
   addEventListener("keyup", (event) => release(event.code));

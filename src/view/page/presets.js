@@ -42,7 +42,7 @@ export function createPresets({ presets, store, apply, say, idle }) {
       const found = await server.preset(scene, name);
       brought = blend ? { blend, before: brought?.blend === now ? brought.before : now } : null;
       apply(found.document);
-      say([`Preset ${name}.`, ...(to !== now ? [`Blend is ${to} now${blend ? ", which it is made for" : " again"}.`] : []), ...(found.warnings ?? [])].join(" "));
+      say([`Preset ${name}.`, ...(to !== now ? [blend ? `Blend is ${to} now, which it is made for.` : `Blend is ${to} again.`] : []), ...(found.warnings ?? [])].join(" "));
     } catch (error) {
       say(error.message);
     }

@@ -149,7 +149,7 @@ export function createTransfer({ host, store, volume, histogram, say }) {
   const colorRow = make("label", { class: "exact" }, "Colour", color);
   const perUnit = () => at(store.document, "transfer.opacity_unit");
   const unit = number("Opacity is per", {
-    now: () => short(perUnit(), 4),
+    now: () => (perUnit() === undefined ? "" : short(perUnit(), 4)),
     set: (length) => {
       if (length > 0) store.set(withKey(store.document, "transfer.opacity_unit", length));
       else say(`Opacity is per: a length is above 0; it stays ${short(perUnit(), 4)}.`);
@@ -236,7 +236,7 @@ export function createTransfer({ host, store, volume, histogram, say }) {
     const there = [...dots.children];
     if (there.length !== shapes.length || there.some((e, n) => e !== shapes[n])) dots.replaceChildren(...shapes);
     unit.row.hidden = perUnit() === undefined;
-    unit.input.show(short(perUnit(), 4));
+    if (perUnit() !== undefined) unit.input.show(short(perUnit(), 4));
     showChosen();
   }
 
