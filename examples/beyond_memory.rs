@@ -72,7 +72,7 @@ fn sparse(n: u64, path: &str) -> Result<(), Anything> {
     file.write_all(text.as_bytes())?;
     file.set_len(text.len() as u64 + n * n * n)?;
     for ball in 0..40u64 {
-        let place = |axis: u64| (ball.wrapping_mul(2_654_435_761).rotate_left(7 * axis as u32 + 3) % (n / SIDE)) * SIDE;
+        let place = |axis: u64| (ball.wrapping_mul(2_654_435_761) >> (9 + 6 * axis)) % (n / SIDE) * SIDE;
         let (x0, y0, z0) = (place(0), place(1), place(2));
         for z in 0..SIDE {
             for y in 0..SIDE {

@@ -98,8 +98,7 @@ impl<'l> Pages<'l> {
             return Some(range);
         }
         let slot = Arc::clone(&self.state().bricks.get(&key)?.slot);
-        let found = slot.try_lock().ok()?.as_ref().map(|brick| brick.range);
-        found
+        slot.try_lock().ok()?.as_ref().map(|brick| brick.range)
     }
 
     /// Brick `key`.

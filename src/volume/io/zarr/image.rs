@@ -38,6 +38,16 @@ struct Place {
     origin: [f64; 3],
 }
 
+/// The levels of an image, finest first.
+pub(super) struct FinestFirst<'i> {
+    /// The array of each, what its dimensions are, and where its voxels are.
+    pub(super) levels: Vec<(&'i Array, &'i Axes, Grid)>,
+    pub(super) frame: usize,
+    pub(super) channel: usize,
+    /// A volume of one voxel with the properties of the whole.
+    pub(super) like: Volume,
+}
+
 /// What is to be read.
 pub(super) struct Image {
     /// One sentence for each thing that was chosen or supplied.
@@ -197,12 +207,11 @@ impl Image {
         items
     }
 
-    /// The level that was chosen, or the finest, and those that are coarser, as far as they can be read: the array of each, its grid, and the frame
-    /// and channel that are meant. And a volume of one voxel with the properties of the whole.
+    /// The level that was chosen, or the finest, and those that are coarser, as far as they can be read.
     ///
     /// # Errors
     /// When there is none, or the voxels are labels.
-    pub(super) fn finest_first(&self) -> Result<(Vec<(&Array, &Axes, Grid)>, (usize, usize), Volume)> {
+    pub(super) fn finest_first(&self) -> Result<FinestFirst<'_>> {
         let level = self.taken()?;
         let path = &level.array.path;
         if self.multiscale.as_ref().is_some_and(|m| m.labels.is_some()) {
@@ -223,7 +232,7 @@ impl Image {
         for note in self.notes.iter().filter(|note| !note.starts_with("Level ")) {
             like = like.with_note(note.clone());
         }
-        Ok((all, (self.frame, self.channel), like))
+        Ok(FinestFirst { levels: all, frame: self.frame, channel: self.channel, like })
     }
 
     /// Where the voxels of `level`, the one at `i`, are.

@@ -5,7 +5,7 @@ use super::axes::Axes;
 use super::choice;
 use super::chunks::Wanted;
 use super::fetch;
-use super::image::Image;
+use super::image::{FinestFirst, Image};
 use super::json::Json;
 use super::node::join;
 use super::tree::Tree;
@@ -63,7 +63,7 @@ pub(in crate::volume::io) fn levels(store: Store, reading: &Reading) -> Result<L
         ..reading.clone()
     };
     let image = Image::open(&tree, chosen, &finest)?;
-    let (all, (frame, channel), like) = image.finest_first()?;
+    let FinestFirst { levels: all, frame, channel, like } = image.finest_first()?;
     let own = Json::new(&path, &attributes).get(OWN);
     let noted = own.as_ref().and_then(|own| own.get("ranges")?.list().ok());
     let first = reading.choice.level.unwrap_or(0);
