@@ -53,7 +53,7 @@ def worked(work):
 
 
 def cluster(n):
-    return LocalCluster(n_workers=n, threads_per_worker=1, dashboard_address=None, memory_limit=0)
+    return LocalCluster(n_workers=n, threads_per_worker=1, dashboard_address=":0", memory_limit=0)
 
 
 def picture(client, shape, side, slices):
@@ -68,46 +68,51 @@ def picture(client, shape, side, slices):
 
 def constants(side):
     """What one of everything costs here, in seconds."""
-    shape = (side,) * 3
+    shape, slices = (side,) * 3, 2 * side
     array = waves(shape, (side // 2,) * 3).compute(scheduler="synchronous")
     parts = sdask.Parts(da.from_array(array, chunks=shape))
-    scene = parts.scene(transfer=TRANSFER, size=SIZE, count=2 * side, azimuth=30, elevation=20)
-    seconds, partial = worked(lambda: dask.compute(*parts.partials([scene]), scheduler="synchronous")[0])
+
+    def cost(count):
+        scene = parts.scene(transfer=TRANSFER, size=SIZE, count=count, azimuth=30, elevation=20)
+        return worked(lambda: dask.compute(*parts.partials([scene]), scheduler="synchronous")[0])
+
+    # What a part's voxels cost before the first fragment: bricks, packing.
+    once, _ = cost(1)
+    seconds, partial = cost(slices)
     width, height, fragments = _slicestack.partial_size(partial)
     combine = worked(lambda: [_slicestack.combine([partial, partial]) for _ in range(10)])[0] / 10
     with cluster(2) as c, Client(c) as client:
         noop = lambda n: n  # noqa: E731
         client.gather(client.map(noop, range(50), pure=False))
-        task = timed(lambda: client.gather(client.map(noop, range(500), pure=False)))[0] / 500
+        task = min(timed(lambda: client.gather(client.map(noop, range(500), pure=False)))[0] for _ in range(3)) / 500
         one, two = list(client.scheduler_info()["workers"])
         lump = client.submit(lambda: np.ones(32 << 20, np.uint8), workers=[one], pure=False)
         wait(lump)
         byte = timed(lambda: client.submit(len, lump, workers=[two], pure=False).result())[0] / (32 << 20)
     return {
-        "fragment": seconds / fragments,
-        "fragments": fragments,
+        "voxel": once / side**3,
+        "fragment": (seconds - once) / fragments,
+        # Of the pixels in the picture's rectangle times slices, those that are fragments.
+        "covered": fragments / (width * height * slices),
         "combined_pixel": combine / (width * height),
         "task": task,
         "byte": byte,
-        "pixels": width * height,
-        "side": side,
     }
 
 
-def model(c, workers, voxels, share):
-    """Seconds for `voxels` on `workers`, eight parts a worker: compute, halo exchange, compositing, scheduling. `share` is fragments a voxel."""
-    parts = 8 * workers
-    side = (voxels / parts) ** (1 / 3)
-    compute = c["fragment"] * share * voxels / workers
-    # Two layers of u16 voxels on each of six faces; a worker fetches them for its eight parts, about half of them from others.
-    halo = 0.5 * 8 * 6 * 2 * side * side * 2 * c["byte"]
+def model(c, workers, side, pixels, slices):
+    """Seconds for `side`^3 voxels in so many pixels and slices, in 64 parts, or one a worker where there are more workers."""
+    parts = max(64, workers)
+    part_side = side / parts ** (1 / 3)
+    compute = (c["voxel"] * side**3 + c["fragment"] * c["covered"] * pixels * slices) / workers
+    # Two layers of u16 voxels on each of six faces, about half of them from other workers.
+    halo = 0.5 * parts / workers * 6 * 2 * part_side**2 * 2 * c["byte"]
     # A part covers about parts^(-2/3) of the picture; four become one, level by level, each of them fetched and combined. Late levels run on few workers.
-    compositing, pixels, left = 0.0, c["pixels"] * parts ** (-2 / 3), parts
+    compositing, covered, left = 0.0, pixels * parts ** (-2 / 3), parts
     while left > 1:
-        rounds = max(1.0, left / 4 / workers)
-        compositing += rounds * 4 * pixels * (16 * c["byte"] + c["combined_pixel"])
-        left, pixels = math.ceil(left / 4), min(c["pixels"], pixels * 4 ** (2 / 3))
-    # Slices with their halo (about 27 a part), the part itself, a pick, the tree: all through one scheduler.
+        compositing += max(1.0, left / 4 / workers) * 4 * covered * (16 * c["byte"] + c["combined_pixel"])
+        left, covered = math.ceil(left / 4), min(pixels, covered * 4 ** (2 / 3))
+    # Slices with their halo (about 27 a part), the part itself, a pick, the tree: all through one scheduler, which works beside the workers.
     scheduling = c["task"] * parts * (27 + 3 + 1 / 3)
     return {"compute": compute, "halo": halo, "compositing": compositing, "scheduling": scheduling}
 
@@ -151,11 +156,17 @@ def main():
             found["weak"].append({"workers": n, "parts": parts, "voxels": n * half**3, "look": looked, "render": rendered})
         print(found["strong"][-1], found["weak"][-1], flush=True)
     found["load"].append(os.getloadavg()[0])
-    c = found["constants"] = constants(side // 2)
-    share = c["fragments"] / c["side"] ** 3
-    found["model"] = [{"workers": n, **model(c, n, 2048**3, share)} for n in [1, 2, 4, 8, *MODELLED]]
+    write(found, constants(side // 2), folder)
+
+
+def write(found, c, folder):
+    """The measurements, the model and its plot, into `folder`."""
+    found["constants"] = c
+    workers = [1, 2, 4, 8, *MODELLED]
+    found["model"] = [{"workers": n, **model(c, n, 2048, 1024**2, 4096)} for n in workers]
     (folder / "scaling.json").write_text(json.dumps(found, indent=1) + "\n")
-    small = [(n, sum(model(c, n, side**3, share).values())) for n in [1, 2, 4, 8, *MODELLED]]
+    side = found["side"]
+    small = [(n, sum(model(c, n, side, SIZE**2, 2 * side).values())) for n in workers]
     svg({"measured": [(r["workers"], r["render"]) for r in found["strong"]], "modelled": small}, folder / "scaling.svg")
     rows = ["| workers | strong: s | weak: voxels | weak: s |", "|---|---|---|---|"]
     rows += [f"| {s['workers']} | {s['render']:.2f} | {w['voxels']:,} | {w['render']:.2f} |".replace(",", " ") for s, w in zip(found["strong"], found["weak"])]
