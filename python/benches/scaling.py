@@ -118,9 +118,9 @@ def model(c, workers, side, pixels, slices):
 
 
 def svg(rows, path):
-    """Seconds against workers, both axes logarithmic: strong scaling, measured and modelled."""
+    """Seconds against workers, both axes logarithmic: strong scaling, measured and modelled, and modelled of the large volume."""
     width, height, left, bottom = 640, 400, 60, 40
-    points = [(w, t) for kind in ("measured", "modelled") for w, t in rows[kind]]
+    points = [(w, t) for kind in rows for w, t in rows[kind]]
     low, high = min(t for _, t in points) / 1.5, max(t for _, t in points) * 1.5
     x = lambda w: left + (width - left - 20) * math.log2(w) / 10  # noqa: E731
     y = lambda t: 10 + (height - bottom - 10) * math.log(high / t) / math.log(high / low)  # noqa: E731
@@ -134,11 +134,12 @@ def svg(rows, path):
             if low < t < high:
                 parts.append(f'<line x1="{left}" y1="{y(t):.1f}" x2="{width - 20}" y2="{y(t):.1f}" stroke="#ddd"/>')
                 parts.append(f'<text x="{left - 6}" y="{y(t) + 4:.1f}" text-anchor="end">{t:g}</text>')
-    for kind, color in (("modelled", "#c60"), ("measured", "#06c")):
+    for kind, color in (("large", "#383"), ("modelled", "#c60"), ("measured", "#06c")):
         line = " ".join(f"{x(w):.1f},{y(t):.1f}" for w, t in rows[kind])
         parts.append(f'<polyline points="{line}" fill="none" stroke="{color}" stroke-width="2"/>')
         parts += [f'<circle cx="{x(w):.1f}" cy="{y(t):.1f}" r="4" fill="{color}"/>' for w, t in rows[kind]]
-    parts.append(f'<text x="{width - 150}" y="30" fill="#06c">measured (2 cores)</text><text x="{width - 150}" y="48" fill="#c60">model, a core a worker</text>')
+    told = [("#06c", "small volume, measured on 2 busy cores"), ("#c60", "small volume, model, a core a worker"), ("#383", "2048 voxels a side, model")]
+    parts += [f'<text x="{left + 150}" y="{28 + 18 * n}" fill="{color}">{text}</text>' for n, (color, text) in enumerate(told)]
     parts.append(f'<text x="{width / 2}" y="{height - 6}" text-anchor="middle">workers</text><text x="14" y="{height / 2}" transform="rotate(-90 14 {height / 2})" text-anchor="middle">seconds a picture</text></svg>')
     path.write_text("\n".join(parts) + "\n")
 
@@ -167,7 +168,8 @@ def write(found, c, folder):
     (folder / "scaling.json").write_text(json.dumps(found, indent=1) + "\n")
     side = found["side"]
     small = [(n, sum(model(c, n, side, SIZE**2, 2 * side).values())) for n in workers]
-    svg({"measured": [(r["workers"], r["render"]) for r in found["strong"]], "modelled": small}, folder / "scaling.svg")
+    large = [(row["workers"], sum(row[k] for k in ("compute", "halo", "compositing", "scheduling"))) for row in found["model"]]
+    svg({"measured": [(r["workers"], r["render"]) for r in found["strong"]], "modelled": small, "large": large}, folder / "scaling.svg")
     rows = ["| workers | strong: s | weak: voxels | weak: s |", "|---|---|---|---|"]
     rows += [f"| {s['workers']} | {s['render']:.2f} | {w['voxels']:,} | {w['render']:.2f} |".replace(",", " ") for s, w in zip(found["strong"], found["weak"])]
     rows += ["", "| workers | compute s | halo s | compositing s | scheduling s | all s |", "|---|---|---|---|---|---|"]
