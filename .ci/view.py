@@ -20,6 +20,7 @@ import time
 
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
+import viewhand
 from viewmeasure import measure, screens, soak
 from viewpage import ROOT, Page, check, failures, scene_in, serve
 from webdriver import Browser
@@ -201,6 +202,12 @@ def export(browser, command, own):
     check(done.returncode == 0 and len(list(folder.iterdir())) == 25, f"an export writes 24 pictures and a page: {done.stderr.strip()}")
     again = subprocess.run(making, capture_output=True, text=True)
     check(again.returncode == 0, "an export replaces its own")
+    (folder / "view-99-999.webp").write_text("mine")
+    fewer = subprocess.run([*making[:5], "4x1", *making[6:]], capture_output=True, text=True)
+    check(fewer.returncode == 0 and len(list(folder.iterdir())) == 6, f"one of fewer pictures leaves none of those before it, and all others: {len(list(folder.iterdir()))} files")
+    subprocess.run(making, capture_output=True)
+    alone = subprocess.run([command, "view", "--views", "8x3", "--no-browser"], capture_output=True, text=True, timeout=60)
+    check(alone.returncode == 2 and "--views" in alone.stderr, f"--views without --export is refused: {alone.stderr.strip()}")
     other = own / "other"
     other.mkdir()
     (other / "letter.txt").write_text("mine")
@@ -250,7 +257,8 @@ def main():
             with Browser(downloads=downloads) as b:
                 b.size(1280, 800)
                 page = Page(b, address)
-                for part in (turning, transfer, crop_and_probe, keyboard):
+                parts = (turning, viewhand.steps, viewhand.gestures, transfer, viewhand.numbers, crop_and_probe, viewhand.planes, viewhand.probing, viewhand.methods, keyboard, viewhand.reloading)
+                for part in parts:
                     part(page)
                 saving(page, args.command, downloads, own)
                 refusals(page)
@@ -265,6 +273,8 @@ def main():
                     soak(page, args.soak, process)
                 log = b.log()
                 check(not log, f"nothing is wrong on the console: {log[:3]}")
+                if process:
+                    viewhand.ended(page, args.command, process, downloads, own)
                 export(b, args.command, own)
         finally:
             if process:

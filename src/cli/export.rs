@@ -8,7 +8,7 @@ use super::{Usage, complain};
 use anyhow::{Context, Result, bail};
 use slicestack::picture::{Depth, Format, write_whole};
 use slicestack::scene::{Camera, ResolvedScene};
-use slicestack::view::export::{Page, START, Views, nearest_row, of_one_size};
+use slicestack::view::export::{Page, START, Views, nearest_row, of_one_size, pictures_of, title_of};
 use slicestack::{Progress, Renderer, Scene, Settings, Volume};
 use std::fs;
 use std::io::{ErrorKind, Read};
@@ -45,7 +45,8 @@ pub(super) fn run(folder: &Path, views: Views, args: &SceneArgs, settings: Setti
     } else {
         views.around(scene.camera(), volume.grid(), scene.size())?
     };
-    let title = args.input.as_deref().and_then(Path::file_name).map_or("built-in volume".into(), |name| name.to_string_lossy());
+    let title =
+        args.input.as_deref().and_then(Path::file_name).map_or_else(|| title_of(scene_file.volume()).into(), |name| name.to_string_lossy());
     let first_row = nearest_row(&cameras, scene.camera(), volume.grid(), scene.size())?;
     let page = Page { title: &title, views, size: scene.size(), first_row };
 
@@ -85,7 +86,9 @@ fn make(folder: &Folder, page: &Page<'_>, cameras: &[Vec<Camera>], scene: &Scene
     names.push(PAGE.to_owned());
     anyhow::ensure!(!frames.is_stopped(), "stopped");
     enter(Phase::Writing);
+    let older = folder.pictures()?;
     folder.finish(&names)?;
+    folder.clear(older.iter().filter(|name| !names.contains(name)))?;
     Ok(bytes + html.len() as u64)
 }
 
@@ -152,6 +155,27 @@ impl Folder {
             fs::rename(self.part().join(name), &to).with_context(|| to.display().to_string())?;
         }
         fs::remove_dir(self.part()).with_context(|| self.part().display().to_string())
+    }
+
+    /// The pictures that the page of an older export names.
+    fn pictures(&self) -> Result<Vec<String>> {
+        let page = self.path.join(PAGE);
+        match fs::read(&page) {
+            Err(e) if e.kind() == ErrorKind::NotFound => Ok(Vec::new()),
+            html => Ok(pictures_of(&String::from_utf8_lossy(&html.with_context(|| page.display().to_string())?))),
+        }
+    }
+
+    /// Removes pictures of an older export that no page names any more.
+    fn clear<'n>(&self, names: impl Iterator<Item = &'n String>) -> Result<()> {
+        for name in names {
+            let path = self.path.join(name);
+            match fs::remove_file(&path) {
+                Err(e) if e.kind() == ErrorKind::NotFound => {}
+                removed => removed.with_context(|| path.display().to_string())?,
+            }
+        }
+        Ok(())
     }
 
     /// Takes away what is there of an export that failed.

@@ -3,8 +3,8 @@
 use super::output::print;
 use super::progress::catch_signals;
 use super::scene::{SceneArgs, load};
-use super::{complain, export};
-use anyhow::{Context, Result};
+use super::{Usage, complain, export};
+use anyhow::{Context, Result, bail};
 use clap::Parser;
 use slicestack::scene::SceneFile;
 use slicestack::view::Server;
@@ -29,9 +29,9 @@ pub(super) struct ViewArgs {
     /// Write pictures from all around into this folder, and a page that turns them without a server; made if it is not there.
     #[arg(long, value_name = "DIR", conflicts_with_all = ["port", "no_browser"])]
     export: Option<PathBuf>,
-    /// Pictures of an export: so many around, times so many upwards from -60 to 60 degrees.
-    #[arg(long, value_name = "AROUNDxUPWARDS", default_value = "36x5", requires = "export")]
-    views: Views,
+    /// Pictures of an export: so many around, times so many upwards from -60 to 60 degrees; 36x5 unless given.
+    #[arg(long, value_name = "AROUNDxUPWARDS")]
+    views: Option<Views>,
     #[command(flatten)]
     scene: SceneArgs,
 }
@@ -47,10 +47,14 @@ Examples:
 The scene takes the same flags as in `slicestack render`.";
 
 pub(super) fn run(args: &ViewArgs) -> Result<()> {
+    // Said here: no flag that goes without an export waives it.
+    if args.views.is_some() && args.export.is_none() {
+        bail!(Usage("--views: is for the pictures of --export DIR".into()));
+    }
     let settings = Settings::new().threads(args.threads.map(|n| n as usize)).limits(args.scene.limits());
     if let Some(folder) = &args.export {
         catch_signals()?;
-        return export::run(folder, args.views, &args.scene, settings);
+        return export::run(folder, args.views.unwrap_or_default(), &args.scene, settings);
     }
     let (text, overrides) = args.scene.read()?;
     let scene = text.open(&overrides)?;

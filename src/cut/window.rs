@@ -13,6 +13,14 @@ impl Window {
     /// What shows soft tissue in computed tomography, Hounsfield units: -160 to 240.
     pub const SOFT_TISSUE: Self = Self { low: -160.0, high: 240.0 };
 
+    /// Windows in common use for computed tomography, with their names.
+    pub const OF_CT: [(&'static str, Self); 4] = [
+        ("soft tissue", Self::SOFT_TISSUE),
+        ("lung", Self { low: -1350.0, high: 150.0 }),
+        ("bone", Self { low: -500.0, high: 1500.0 }),
+        ("brain", Self { low: 0.0, high: 80.0 }),
+    ];
+
     /// From `center` - `width` / 2 to `center` + `width` / 2, data units.
     ///
     /// # Errors

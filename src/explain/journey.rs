@@ -57,17 +57,17 @@ pub fn journey(renderer: &mut Renderer, scene: &Scene, pixel: (u32, u32)) -> Res
         Slicing::Count(count) => count,
         Slicing::Spacing(spacing) => spaced(spacing * (1.0 + 1e-12)),
         Slicing::Tolerance(_) => {
-            notes.push("Blocks of pixels take slices of their own; this journey goes in slices half a voxel apart.".to_owned());
+            notes.push("Blocks of pixels choose their slices themselves; the plot shows slices half a voxel apart.".to_owned());
             spaced(0.5 * volume.grid().smallest_spacing())
         }
     };
     let count = wanted.min(MOST);
     if count < wanted {
-        notes.push(format!("The scene has {wanted} slices; this journey goes in {count}."));
+        notes.push(format!("The scene has {wanted} slices; the plot shows {count}."));
     }
     let method = scene.method();
     if method.merge || method.extrapolate {
-        notes.push("This journey follows every slice, and none is merged or extrapolated.".to_owned());
+        notes.push("The plot shows every slice, none of them merged or extrapolated.".to_owned());
     }
     let plain = scene.clone().with_method(Method { merge: false, extrapolate: false, ..method })?.with_slices(Slicing::Count(count))?;
     if renderer.plan(&plain).is_some_and(|plan| plan.labels().is_some() && !plan.needs.colors()) {

@@ -72,6 +72,9 @@ enum Encoding {
 #[derive(Deserialize)]
 struct DocumentBody {
     document: Document,
+    /// Whether this is a question, to which a refusal is an answer like another.
+    #[serde(default)]
+    trial: bool,
 }
 
 #[derive(Deserialize)]
@@ -117,8 +120,18 @@ struct CloseBody {
 }
 
 /// Everything that there is to ask for.
-const PATHS: [&str; 9] =
-    ["/api/open", "/api/frame", "/api/probe", "/api/thumbnail", "/api/preset", "/api/document", "/api/save", "/api/command", "/api/close"];
+const PATHS: [&str; 10] = [
+    "/api/open",
+    "/api/here",
+    "/api/frame",
+    "/api/probe",
+    "/api/thumbnail",
+    "/api/preset",
+    "/api/document",
+    "/api/save",
+    "/api/command",
+    "/api/close",
+];
 
 impl Api {
     /// Whether there is something at `path`.
@@ -131,6 +144,8 @@ impl Api {
         let body = &request.body;
         let answer = match request.path.as_str() {
             "/api/open" => self.open(),
+            // Whether there is still a server, and the same one.
+            "/api/here" => return nothing(),
             "/api/frame" => self.frame(body, stream),
             "/api/probe" => self.probe(body, stream),
             "/api/thumbnail" => self.thumbnail(body, stream),
@@ -168,8 +183,14 @@ impl Api {
     }
 
     fn document(&self, body: &[u8]) -> Answer {
-        let DocumentBody { document } = read(body)?;
-        self.resolved(&self.opened.read(document, None)?)
+        let DocumentBody { document, trial } = read(body)?;
+        match self.opened.read(document, None) {
+            Err(error) if trial => {
+                let (text, key) = told(&error);
+                Ok(Response::json(&json!({ "error": text, "key": key })))
+            }
+            asked => self.resolved(&asked?),
+        }
     }
 
     fn preset(&self, body: &[u8]) -> Answer {
@@ -197,8 +218,8 @@ impl Api {
         // One of its own: a picture in full may take long.
         let mut renderer = self.frames.aside().beside();
         let bytes = self.watched(stream, &mut renderer, |renderer| save::bytes(&self.opened, renderer, &asked, format))?;
-        let stem = self.title.rsplit_once('.').map_or(self.title.as_str(), |(stem, _)| stem);
-        Ok(Response::new(format.content_type(), bytes).with("X-Name", format!("{stem}.{}", format.extension())))
+        let name = save::name(&self.opened.source, &self.title, format);
+        Ok(Response::new(format.content_type(), bytes).with("X-Name", ascii(&name)))
     }
 
     fn command(&self, body: &[u8]) -> Answer {
@@ -227,8 +248,13 @@ impl Api {
     fn close(&self, body: &[u8]) -> Answer {
         let CloseBody { client } = read(body)?;
         self.frames.close(name(&client)?);
-        Ok(Response { status: 204, ..Response::new("", Vec::new()) })
+        Ok(nothing())
     }
+}
+
+/// The answer that says no more than that there is one.
+fn nothing() -> Response {
+    Response { status: 204, ..Response::new("", Vec::new()) }
 }
 
 /// The JSON of a body.

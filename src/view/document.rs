@@ -10,7 +10,7 @@ use crate::scene::{Annotations, ResolvedScene, SceneFile, SceneFormat, keys, wri
 use crate::volume::VolumeSource;
 use crate::{Error, Result, Scene, Volume};
 use serde_json::{Map, Value};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// The document of a page.
 pub(super) type Document = Map<String, Value>;
@@ -191,9 +191,4 @@ pub(super) fn told(error: &Error) -> (String, Option<&'static str>) {
     let both = format!("{first}.{}", words.next().unwrap_or_default());
     let key = keys().iter().map(|key| key.path.as_str()).find(|path| *path == first || *path == both);
     (text, key)
-}
-
-/// The name of a file without its folders.
-pub(super) fn file_name(path: &Path) -> String {
-    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }

@@ -8,7 +8,7 @@
 //! ```
 
 use crate::scene::{Camera, Placement, Projection};
-use crate::volume::Grid;
+use crate::volume::{Grid, Origin, VolumeSource};
 use crate::{Error, Result};
 use glam::DVec3;
 use std::str::FromStr;
@@ -21,6 +21,9 @@ const SCRIPT: &str = include_str!("page/export.js");
 /// What the page begins with, so that an export knows its own.
 pub const START: &[u8] = b"<!doctype html>\n<!-- slicestack view --export -->";
 
+/// What stands before the list of a page's pictures.
+const TOLD: &str = "<script type=\"application/json\" id=\"told\">";
+
 /// Elevations lie between this many degrees below and above.
 const STEEPEST: f64 = 60.0;
 
@@ -32,6 +35,13 @@ const MOST: u32 = 5000;
 pub struct Views {
     columns: u32,
     rows: u32,
+}
+
+impl Default for Views {
+    /// 36 around, in 5 rows.
+    fn default() -> Self {
+        Self { columns: 36, rows: 5 }
+    }
 }
 
 impl FromStr for Views {
@@ -152,6 +162,30 @@ pub fn nearest_row(rows: &[Vec<Camera>], camera: &Camera, grid: &Grid, (width, h
     Ok(best.0)
 }
 
+/// What a view of `source` is called: the name of its file, or of its formula.
+pub fn title_of(source: &VolumeSource) -> String {
+    match (&source.origin, source.path()) {
+        (Origin::Phantom(phantom, _), _) => format!("{} (built-in volume)", phantom.name()),
+        (_, Some(path)) => path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned(),
+        (_, None) => "slicestack".to_owned(),
+    }
+}
+
+/// Names of the pictures that the page of an export shows; none where `html` is no such page.
+pub fn pictures_of(html: &str) -> Vec<String> {
+    let told = html.split_once(TOLD).and_then(|(_, rest)| rest.split_once("</script>")).map(|(told, _)| told);
+    let told: Option<serde_json::Value> = told.and_then(|told| serde_json::from_str(told).ok());
+    let rows = told.as_ref().and_then(|told| told["names"].as_array());
+    let names = rows.into_iter().flatten().filter_map(|row| row.as_array()).flatten().filter_map(|name| name.as_str());
+    names.filter(|name| is_picture(name)).map(str::to_owned).collect()
+}
+
+/// Whether `name` is one that [`Views::name`] gives.
+fn is_picture(name: &str) -> bool {
+    let numbers = name.strip_prefix("view-").and_then(|rest| rest.strip_suffix(".webp")).and_then(|rest| rest.split_once('-'));
+    numbers.is_some_and(|(row, column)| [row, column].iter().all(|n| !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit())))
+}
+
 /// What a page shows.
 #[derive(Debug, Clone)]
 pub struct Page<'a> {
@@ -180,7 +214,7 @@ impl Page<'_> {
         [
             HEAD,
             &format!("<title>{heading}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n{BODY}"),
-            &format!("<script type=\"application/json\" id=\"told\">{told}</script>\n<script>\n\"use strict\";\n{SCRIPT}</script>\n</body>\n</html>\n"),
+            &format!("{TOLD}{told}</script>\n<script>\n\"use strict\";\n{SCRIPT}</script>\n</body>\n</html>\n"),
         ]
         .concat()
     }
@@ -248,5 +282,10 @@ mod tests {
         }
         assert!(html.contains("<title>a&lt;b&gt;") && !html.contains("a<b"));
         assert_eq!(html.matches("</script>").count(), 2);
+        let named = pictures_of(&html);
+        assert_eq!((named.len(), named[0].as_str()), (6, "view-00-000.webp"));
+        // A page that was written by another hand names nothing that lies elsewhere.
+        assert_eq!(pictures_of(&html.replace("view-00-000.webp", "../letter.webp")).len(), 5);
+        assert!(pictures_of("<!doctype html>").is_empty());
     }
 }

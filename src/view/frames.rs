@@ -146,7 +146,8 @@ impl Page {
         // The next frame need not wait for the encoder.
         drop(turn);
         let rendered = start.elapsed();
-        if annotations.any() {
+        // Letters as coarse as a moving frame are no letters: they come with the still one.
+        if annotations.any() && !wanted.moving {
             let (annotated, left_out) = annotate(&picture, &annotations, &scene, &opened.volume)?;
             picture = annotated;
             warnings.extend(left_out);

@@ -1,6 +1,8 @@
 //! What a page is told when it opens: the scene, the volume's geometry and histogram, presets, and what keys of a scene there are.
 
 use super::document::{Document, Opened};
+use crate::cut::Window;
+use crate::scene::preset::Kind;
 use crate::scene::{KeyKind, Preset, keys};
 use crate::volume::{Channels, Modality, Space};
 use crate::{Result, Volume};
@@ -31,6 +33,7 @@ pub(super) fn answer(opened: &Opened, title: &str, notes: &[String], warnings: &
         "size": [width, height],
         "volume": geometry(volume),
         "histogram": histogram(volume),
+        "windows": windows(volume),
         "presets": presets(volume),
         "choices": choices,
         "about": about,
@@ -82,6 +85,25 @@ fn histogram(volume: &Volume) -> Option<Value> {
     Some(json!({ "low": found.min, "high": found.max, "counts": found.histogram }))
 }
 
+/// Windows for slices, the one to begin with at the front: name, centre and width.
+fn windows(volume: &Volume) -> Vec<Value> {
+    let named = |(name, window): (&str, Window)| {
+        let (center, width) = window.center_and_width();
+        json!({ "name": name, "center": center, "width": width })
+    };
+    if volume.scalars().is_none() {
+        return Vec::new();
+    }
+    if Kind::of(volume) == Kind::Hounsfield {
+        return Window::OF_CT.into_iter().map(named).collect();
+    }
+    let statistics = volume.statistics();
+    let (low, high) = (statistics.percentile(0.01), statistics.percentile(0.995));
+    let whole = (statistics.min, statistics.max);
+    let (low, high) = if low < high { (low, high) } else { whole };
+    Window::new(0.5 * low + 0.5 * high, high - low).ok().map(|window| named(("1 to 99.5 %", window))).into_iter().collect()
+}
+
 /// All presets, those that fit first and the best of them at the front.
 fn presets(volume: &Volume) -> Vec<Value> {
     if volume.scalars().is_none() {
@@ -91,7 +113,9 @@ fn presets(volume: &Volume) -> Vec<Value> {
     let rest = Preset::ALL.into_iter().filter(|preset| !best.contains(preset));
     let told = |preset: Preset| {
         let why = preset.suits(volume).err();
-        json!({ "name": preset.name(), "about": preset.about(), "fits": why.is_none(), "why": why })
+        // Grey ramps over values that are projected: blended one over the other they are black.
+        let blend = matches!(preset, Preset::CtMip | Preset::MrMip).then_some("mip");
+        json!({ "name": preset.name(), "about": preset.about(), "fits": why.is_none(), "why": why, "blend": blend })
     };
     best.iter().copied().chain(rest).map(told).collect()
 }

@@ -27,6 +27,10 @@ const FILES: &[(&str, &str, &str)] = &[
     ("/fields.js", SCRIPT, include_str!("page/fields.js")),
     ("/panels.js", SCRIPT, include_str!("page/panels.js")),
     ("/probe.js", SCRIPT, include_str!("page/probe.js")),
+    ("/agree.js", SCRIPT, include_str!("page/agree.js")),
+    ("/here.js", SCRIPT, include_str!("page/here.js")),
+    ("/planes.js", SCRIPT, include_str!("page/planes.js")),
+    ("/session.js", SCRIPT, include_str!("page/session.js")),
     ("/save.js", SCRIPT, include_str!("page/save.js")),
 ];
 

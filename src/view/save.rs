@@ -1,10 +1,12 @@
 //! What the page's user takes away: the picture in full, as `slicestack render` writes it, or the scene.
 
 use super::document::{Asked, Opened};
+use super::export::title_of;
 use crate::annotate::annotate;
 use crate::picture::{Depth, Format, Metadata};
 use crate::proof::Provenance;
 use crate::scene::SceneFormat;
+use crate::volume::{Origin, VolumeSource};
 use crate::{Error, Renderer, Result};
 use serde::Deserialize;
 
@@ -34,6 +36,11 @@ impl Kind {
         }
     }
 
+    /// What tells its file from that of another kind with the same extension.
+    fn suffix(self) -> &'static str {
+        if self == Self::Png16 { "-16" } else { "" }
+    }
+
     pub(super) fn content_type(self) -> &'static str {
         match self {
             Self::Toml => "application/toml",
@@ -43,6 +50,23 @@ impl Kind {
             Self::Npy => "application/octet-stream",
         }
     }
+}
+
+/// The name that a file of `kind` is suggested: that of the volume's file without what says its format, or that of the formula.
+pub(super) fn name(source: &VolumeSource, title: &str, kind: Kind) -> String {
+    let name = match &source.origin {
+        Origin::Phantom(phantom, _) if title == title_of(source) => phantom.name(),
+        _ => title,
+    };
+    format!("{}{}.{}", stem(name), kind.suffix(), kind.extension())
+}
+
+/// `name` without its extension, and without the one that it packs: head.nii.gz is head.
+fn stem(name: &str) -> &str {
+    let cut = |name: &'_ str, at: Option<usize>| at.filter(|&at| at > 0).map_or(name.len(), |at| at);
+    let first = &name[..cut(name, name.rfind('.'))];
+    let packed = name[first.len()..].eq_ignore_ascii_case(".gz") || name[first.len()..].eq_ignore_ascii_case(".zip");
+    if packed { &first[..cut(first, first.rfind('.'))] } else { first }
 }
 
 /// The bytes of `asked` as `kind`; `renderer` makes the picture.
@@ -75,4 +99,24 @@ pub(super) fn bytes(opened: &Opened, renderer: &mut Renderer, asked: &Asked, kin
         provenance => provenance?.metadata()?,
     };
     picture.encode_with(format, depth, &metadata)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::stem;
+
+    #[test]
+    fn names_of_pictures_do_not_carry_the_format_of_the_volume() {
+        let cases = [
+            ("head.nrrd", "head"),
+            ("example_ct.nii.gz", "example_ct"),
+            ("a.b.nrrd", "a.b"),
+            ("head", "head"),
+            (".hidden", ".hidden"),
+            ("x.GZ", "x"),
+        ];
+        for (name, wanted) in cases {
+            assert_eq!(stem(name), wanted);
+        }
+    }
 }

@@ -2,7 +2,8 @@
 
 use super::api::Api;
 use super::command::Start;
-use super::document::{self, Opened, file_name};
+use super::document::{self, Opened};
+use super::export::title_of;
 use super::frames::Frames;
 use super::guard::Guard;
 use super::http::{Connection, Fault, Request, Response};
@@ -91,7 +92,7 @@ impl Builder {
         let ResolvedScene { scene, warnings, notes } = file.resolve(&volume)?;
         document::check(&scene, &volume)?;
         let source = file.volume().clone();
-        let title = title.unwrap_or_else(|| source.path().map_or_else(|| "slicestack".to_owned(), file_name));
+        let title = title.unwrap_or_else(|| title_of(&source));
         let opened = Opened::new(volume, source, scene, file.annotations())?;
         let frames = Arc::new(Frames::new(Renderer::new(opened.volume.clone(), settings), &opened)?);
         let api = Api { opened, frames, watch: Watch::default(), title, start, notes, warnings };

@@ -135,3 +135,10 @@ fn a_signal_ends_it_at_once() {
         drop(idle);
     }
 }
+
+#[test]
+fn views_without_an_export_are_wrong_usage() {
+    let done = Command::new(PROGRAM).args(["view", "--no-browser", "--views", "8x3"]).output().unwrap();
+    assert_eq!(done.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&done.stderr).contains("--export"));
+}

@@ -37,6 +37,15 @@ fn a_page_is_told_all_that_it_shows() {
     let presets = opened["presets"].as_array().unwrap();
     assert!(presets.iter().any(|p| p["fits"] == true) && presets.iter().any(|p| p["fits"] == false && p["why"].is_string()));
     assert!(opened["document"].get("volume").is_none());
+    assert_eq!(opened["title"], "shepp-logan (built-in volume)");
+    // A window for slices: of values that are no Hounsfield units 1 to 99.5 %.
+    let window = &opened["windows"][0];
+    let (low, high) = (volume.statistics().percentile(0.01), volume.statistics().percentile(0.995));
+    let (center, width) = (window["center"].as_f64().unwrap(), window["width"].as_f64().unwrap());
+    assert!((center - 0.5 * (low + high)).abs() < 1e-9 && (width - (high - low)).abs() < 1e-9, "{window}");
+    let blend = |name: &str| presets.iter().find(|p| p["name"] == name).unwrap()["blend"].clone();
+    assert_eq!((blend("ct-mip"), blend("ct-bone")), (json!("mip"), Value::Null));
+    assert_eq!(client.post("here", &json!({})).status, 204);
     server.stop();
 }
 
@@ -142,6 +151,8 @@ fn files_of_the_command_are_shown_and_saved_but_never_told() {
     assert_eq!(frame.status, 200, "{}", frame.text());
     let saved = client.post("save", &json!({ "document": document, "width": 40, "height": 40, "format": "toml" }));
     assert_eq!(saved.header("X-Name"), Some("head.toml"));
+    let deep = client.post("save", &json!({ "document": document, "width": 8, "height": 8, "format": "png16" }));
+    assert_eq!(deep.header("X-Name"), Some("head-16.png"));
     assert!(rendered(&saved.text()) == frame.body);
     // The tint is seen: without it the picture is another.
     let mut plain = document.clone();
@@ -166,5 +177,20 @@ fn saved_pictures_carry_what_verify_needs() {
     assert_eq!(slicestack::Picture::decode(&png, "a.png").unwrap().to_rgba8(), shown.to_rgba8());
     assert_eq!(slicestack::Picture::decode(&save("png16"), "b.png").unwrap().to_rgba16(), shown.to_rgba16());
     assert_eq!(slicestack::Picture::decode(&save("exr"), "a.exr").unwrap().pixels(), shown.pixels());
+    server.stop();
+}
+
+#[test]
+fn a_question_is_answered_where_a_request_is_refused() {
+    let (server, client) = serve(SCENE);
+    let (mut document, _) = client.open();
+    document["slices"] = json!({ "tolerance": 0.004 });
+    document["render"]["algorithm"] = json!("rays");
+    assert_eq!(client.post("document", &json!({ "document": document })).status, 400);
+    let told = client.ask("document", &json!({ "document": document, "trial": true }));
+    assert_eq!(told["key"], "slices.tolerance");
+    assert!(told["error"].as_str().unwrap().contains("render algorithm rays") && told.get("document").is_none(), "{told}");
+    document["slices"] = json!({ "count": 512 });
+    assert!(client.ask("document", &json!({ "document": document, "trial": true }))["document"].is_object());
     server.stop();
 }

@@ -117,7 +117,7 @@ fn a_still_frame_is_the_picture_of_the_saved_scene() {
             for format in ["toml", "json"] {
                 let wanted = json!({ "document": document, "width": size[0], "height": size[1], "format": format });
                 let saved = client.post("save", &wanted);
-                assert_eq!(saved.header("X-Name"), Some(format!("slicestack.{format}").as_str()));
+                assert_eq!(saved.header("X-Name"), Some(format!("shepp-logan.{format}").as_str()));
                 assert!(rendered(&saved.text()) == frame.body, "{text} at {size:?}, saved as {format}");
             }
         }
@@ -147,5 +147,18 @@ fn moving_frames_are_coarse_and_say_so() {
     let jpeg = client.post("frame", &ask);
     assert_eq!(jpeg.header("Content-Type"), Some("image/jpeg"));
     assert!(jpeg.body.starts_with(b"\xff\xd8\xff"));
+    server.stop();
+}
+
+#[test]
+fn moving_frames_carry_no_letters_and_still_ones_do() {
+    let (server, client) = serve(SCENE);
+    let (document, size) = client.open();
+    let mut titled = document.clone();
+    titled["annotate"] = json!({ "title": "A head", "axes": true });
+    // The same level of quality: neither has been measured yet.
+    let moving = |name: &str, document: &Value| Picture::decode(&client.frame(name, 1, document, size, true).body, "a.png").unwrap();
+    assert_eq!(moving("a", &titled).to_rgba8(), moving("b", &document).to_rgba8());
+    assert!(client.frame("a", 2, &titled, size, false).body != client.frame("b", 2, &document, size, false).body);
     server.stop();
 }

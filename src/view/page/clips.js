@@ -2,7 +2,7 @@
 //
 // A clip plane keeps normal . p >= offset. One that lies along an axis of the volume is a face of the crop box; the others are free.
 
-import { add, cross, dot, length, scale, sub, unit } from "./vectors.js";
+import { add, clamp, cross, degrees, dot, length, scale, sub, unit } from "./vectors.js";
 import { withKey } from "./store.js";
 
 /// Most planes of each kind.
@@ -59,16 +59,40 @@ export const freePlanes = (document, box) => (document.clip ?? []).filter((plane
 /// `document` with its free plane number `n` replaced by `plane`, taken away (null), or with one more.
 export function withFreePlane(document, box, n, plane) {
   const faces = (document.clip ?? []).filter((p) => faceOf(p, box)), free = freePlanes(document, box);
-  if (plane) free[n] = plane;
+  if (plane) free[n] = offAxis(plane, box);
   else free.splice(n, 1);
   const all = [...free, ...faces];
   return all.length > MOST ? null : withKey(document, "clip", all.length ? all : undefined);
 }
 
-/// A free plane through the middle of the box that takes away what is nearer to the camera. Turned a little, it lies along no axis.
+/// A free plane through the middle of the box, across the axis of the volume that lies most across the view: both its handles are in sight. Of
+/// the two sides it takes away the one nearer to the camera.
 export function newPlane(camera, box) {
-  const normal = unit(add(camera.forward, scale(camera.right, 0.02)));
+  const axes = box.growth.map(unit).sort((a, b) => Math.abs(dot(a, camera.forward)) - Math.abs(dot(b, camera.forward)));
+  const normal = dot(axes[0], camera.forward) < 0 ? scale(axes[0], -1) : axes[0];
   return { normal, offset: dot(normal, box.center) };
+}
+
+/// Azimuth and elevation of a direction, degrees.
+export function anglesOfNormal(normal, box) {
+  const n = unit(normal), side = cross([0, 0, 1], box.front);
+  return { azimuth: degrees(Math.atan2(dot(n, side), dot(n, box.front))), elevation: degrees(Math.asin(clamp(n[2], -1, 1))) };
+}
+
+/// `plane` turned about the middle of the box, from which it keeps its distance.
+export function turnedPlane(plane, normal, box) {
+  const distance = (plane.offset - dot(plane.normal, box.center)) / length(plane.normal);
+  return { normal: unit(normal), offset: dot(unit(normal), box.center) + distance };
+}
+
+/// The point of a plane that is nearest to the middle of the box: it moves without a jump, however the plane is moved and turned.
+export const anchorOf = (plane, box) => add(box.center, scale(plane.normal, (plane.offset - dot(plane.normal, box.center)) / length(plane.normal) ** 2));
+
+/// A free plane lies along no axis, where it would be a face of the crop box: one that does is turned by far less than shows.
+function offAxis(plane, box) {
+  if (!faceOf(plane, box)) return plane;
+  const normal = unit(plane.normal), beside = box.growth.map(unit).find((axis) => Math.abs(dot(axis, normal)) < 0.5);
+  return turnedPlane(plane, add(normal, scale(beside, 2e-4)), box);
 }
 
 /// The least and the greatest offset at which a plane of this normal cuts the box.

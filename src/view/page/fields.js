@@ -7,19 +7,46 @@ import { hex, make, rgbOf } from "./dom.js";
 import { at, withKey } from "./store.js";
 import { clamp, short } from "./vectors.js";
 
-/// Fields of one page: they share the store, the way to ask the server, and the words of help.
-export function createFields({ store, resolve, about, choices }) {
-  const all = [];
+/// An input of a number. What is typed is taken when it is done, and then the input shows what is in force, `now`; a number beyond `min` or `max`
+/// is told.
+export function numberInput({ label, step = "any", min, max, say, set, now }) {
+  const input = make("input", { type: "number", step, min, max });
+  let typing = false;
+  input.show = (text) => {
+    if (!typing && input.value !== text) input.value = text;
+  };
+  input.addEventListener("input", () => (typing = true));
+  input.addEventListener("change", () => {
+    typing = false;
+    const value = input.valueAsNumber, whole = step === 1 ? Math.round(value) : value, kept = clamp(whole, min ?? -Infinity, max ?? Infinity);
+    if (Number.isFinite(value)) set(kept);
+    input.show(now());
+    if (!Number.isFinite(value)) say(`${label}: that is no number; it stays ${now() || "as it was"}.`);
+    else if (kept !== whole) say(`${label}: ${short(value, 6)} is too ${value > kept ? "large" : "small"}; it is ${short(kept, 6)} now.`);
+  });
+  input.addEventListener("blur", () => {
+    typing = false;
+    input.show(now());
+  });
+  return input;
+}
+
+/// Fields of one page: they share the store, the way to ask the server, the words of help, and `say` for numbers that cannot be taken.
+export function createFields({ store, resolve, about, choices, say }) {
+  const all = [], asking = [];
 
   /// A field for `key`, or with a `get` and a `set` of its own.
   function field(spec) {
     const get = spec.get ?? ((document) => at(document, spec.key));
-    const set = spec.set ?? ((document, value) => withKey(document, spec.key, value));
+    const set = spec.set ?? ((document, value) => withKey(document, spec.key, value)), owns = spec.owns ?? [spec.key];
     const change = (value) => {
       const next = set(store.document, value);
-      if (next) (spec.ask ? resolve : store.set)(next);
+      if (!next) return;
+      if (spec.ask) resolve(next, owns);
+      else store.set(next);
     };
-    const { row, show } = kinds[spec.type](spec, change);
+    const { row, show, options } = kinds[spec.type](spec, change, () => get(store.document));
+    if (spec.ask) asking.push({ row, options, own: owns, change: (document, value) => set(document, value, true), current: (document) => String(get(document)) });
     const help = spec.help ?? about[spec.key];
     if (help) row.title = help;
     let section = null;
@@ -36,14 +63,10 @@ export function createFields({ store, resolve, about, choices }) {
   }
 
   const kinds = {
-    number({ label, step = "any", min, max, digits = 6 }, change) {
-      const input = make("input", { type: "number", step, min, max });
-      input.addEventListener("change", () => {
-        const value = input.valueAsNumber;
-        if (Number.isFinite(value)) change(clamp(value, min ?? -Infinity, max ?? Infinity));
-      });
-      const show = (value) => document.activeElement !== input && (input.value = value === null ? "" : short(value, digits));
-      return { row: make("label", { class: "field" }, make("span", {}, label), input), show };
+    number({ label, step = "any", min, max, digits = 6 }, change, now) {
+      const input = numberInput({ label, step, min, max, say, set: change, now: () => textOf(now()) });
+      const textOf = (value) => (value === null || value === undefined ? "" : short(value, digits));
+      return { row: make("label", { class: "field" }, make("span", {}, label), input), show: (value) => input.show(textOf(value)) };
     },
     /// A slider; `scale: "log"` gives small numbers as much room as large ones.
     range({ label, min, max, step, scale, words }, change) {
@@ -71,7 +94,7 @@ export function createFields({ store, resolve, about, choices }) {
         if (![...input.options].some((option) => option.value === text)) input.append(make("option", { value: text }, text));
         input.value = text;
       };
-      return { row: make("label", { class: "field" }, make("span", {}, label), input), show };
+      return { row: make("label", { class: "field" }, make("span", {}, label), input), show, options: () => [...input.options] };
     },
     check({ label }, change) {
       const input = make("input", { type: "checkbox", change: () => change(input.checked) });
@@ -88,5 +111,7 @@ export function createFields({ store, resolve, about, choices }) {
     },
   };
 
-  return { field, update: (document) => all.forEach((update) => update(document)) };
+  /// What `createLimits` looks at: the lists that are in sight.
+  const limited = () => asking.filter(({ row, options }) => options && !row.hidden && row.closest("details").open);
+  return { field, limited, update: (document) => all.forEach((update) => update(document)) };
 }

@@ -9,11 +9,14 @@ import * as server from "./server.js";
 const REST = 60;
 /// Milliseconds on the way, beside rendering and encoding, from which on moving frames are sent as JPEG.
 const THIN = 60;
+/// Milliseconds of work on a still frame after which that is told.
+const SLOW = 400;
 /// Times that are kept of each kind.
 const KEPT = 1000;
 
 /// Draws frames of `store` on `canvas`. `size` tells columns and rows of the picture; `shown` hears of each frame on the screen, `failed` of refusals.
-export function createFrames({ store, canvas, size, shown, failed }) {
+/// `slow` hears of a still frame that takes a while.
+export function createFrames({ store, canvas, size, shown, failed, slow }) {
   const context = canvas.getContext("bitmaprenderer");
   const counts = { frames: 0, stills: 0, latencies: [], stillAfter: [] };
   let seq = 0, last = 0, want = null, underWay = null, timer = 0, thin = false;
@@ -55,6 +58,7 @@ export function createFrames({ store, canvas, size, shown, failed }) {
     underWay = mine;
     changes = [];
     const sent = performance.now();
+    const slowly = moving ? 0 : setTimeout(slow, SLOW);
     const opaque = (document.image?.background?.[3] ?? 0) === 1;
     const encoding = moving && thin && opaque ? "jpeg" : "png";
     try {
@@ -68,8 +72,10 @@ export function createFrames({ store, canvas, size, shown, failed }) {
       done(mine);
       // 409: a newer request has stopped this one.
       if (error.name === "AbortError" || error.status === 409) return;
-      failed(error);
       if (error.status === 400) store.refuse(document);
+      failed(error);
+    } finally {
+      clearTimeout(slowly);
     }
   }
 
@@ -100,8 +106,6 @@ export function createFrames({ store, canvas, size, shown, failed }) {
 
   return {
     change,
-    /// A still frame at once, for a page that has just opened.
-    begin: rest,
     /// The still frame on the screen, or null while there is a coarse one.
     still: () => still,
     /// Whether everything asked for is on the screen.

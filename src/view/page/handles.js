@@ -1,19 +1,19 @@
 // What lies over the picture: the box, and handles to crop it, to move slices through it and to turn planes that cut it.
 
 import { cameraOf, pixelOf } from "./camera.js";
-import { AXES, cropOf, freePlanes, polygon, reach, slicesOf, withCrop, withFreePlane, withSlice } from "./clips.js";
-import { follow, make, put } from "./dom.js";
-import { add, clamp, dot, rotate, scale, short, unit } from "./vectors.js";
+import { AXES, anchorOf, cropOf, polygon, reach, slicesOf, turnedPlane, withCrop, withSlice } from "./clips.js";
+import { byId, follow, make, put } from "./dom.js";
+import { add, clamp, rotate, scale, short, unit } from "./vectors.js";
 
 /// Edges of a box whose corners are numbered by bits.
 const EDGES = [0, 1, 2, 3, 4, 5, 6, 7].flatMap((n) => [1, 2, 4].filter((bit) => !(n & bit)).map((bit) => [n, n | bit]));
 
-/// Draws on `overlay`, an SVG element over the picture. `full` hears when there is no room for another plane.
-export function createHandles({ overlay, store, box, size, full }) {
+/// Draws on `overlay`, an SVG element over the picture. `planes` are the clip planes, `full` hears when there is no room for another.
+export function createHandles({ overlay, store, box, size, planes, full }) {
   const lines = make("g", { class: "lines" }), dots = make("g", {});
   const cross = make("path", { class: "crosshair", d: "" });
   overlay.append(lines, cross, dots);
-  let shown = false, crosshair = null;
+  let on = false, crosshair = null;
 
   const camera = () => cameraOf(store.document, box, size());
   const pixel = (p) => pixelOf(camera(), size(), p);
@@ -98,28 +98,24 @@ export function createHandles({ overlay, store, box, size, full }) {
     };
   });
 
-  /// Handles of the first free plane: one moves it, one turns it.
-  const free = () => freePlanes(store.document, box)[0];
-  const length = () => 0.25 * box.radius;
-  const freeMiddle = () => {
-    const points = polygon(free(), box), plane = free();
-    return points.length ? middleOf(points) : scale(unit(plane.normal), plane.offset);
-  };
+  /// Handles of the plane that is chosen: one moves it, one turns it.
+  const free = () => planes.chosen(store.document);
+  const change = (plane) => apply(planes.changed(store.document, plane));
+  const reachOfTip = () => 0.25 * box.radius;
   const mover = handle({
     look: "free",
     label: "Clip plane, position",
     value: { words: (at) => `offset ${short(at)}`, step: () => box.radius / 100 },
-    point: freeMiddle,
+    point: () => anchorOf(free(), box),
     along: () => unit(free().normal),
     at: () => free().offset,
     limits: () => reach(free().normal, box),
-    set: (offset) => apply(withFreePlane(store.document, box, 0, { ...free(), offset })),
+    set: (offset) => change({ ...free(), offset }),
   });
   const tip = make("circle", { class: "handle free tip", "data-handle": "", role: "slider", tabindex: 0, r: 7, "aria-label": "Clip plane, direction: arrow keys turn it", "aria-valuenow": 0 });
   function tilt(rightwards, upwards) {
-    const { right, up } = camera(), plane = free(), middle = freeMiddle();
-    const normal = unit(rotate(rotate(plane.normal, up, rightwards), right, -upwards));
-    apply(withFreePlane(store.document, box, 0, { normal, offset: dot(normal, middle) }));
+    const { right, up } = camera(), plane = free();
+    change(turnedPlane(plane, rotate(rotate(plane.normal, up, rightwards), right, -upwards), box));
   }
   let from = null;
   follow(tip, {
@@ -153,6 +149,8 @@ export function createHandles({ overlay, store, box, size, full }) {
     put(overlay, { viewBox: `0 0 ${width} ${height}` });
     const points = (list) => list.map((p) => pixel(p).map((x) => x.toFixed(1)).join(",")).join(" ");
     const shapes = [], wanted = [];
+    // Handles belong to the sections of crop and slices: with both of them folded they are out of the way.
+    const shown = on && ["crop", "cuts"].some((id) => byId(id).open);
     if (shown) {
       const crop = cropOf(store.document, box);
       const corner = (n) => box.toWorld(crop.map((sides, axis) => sides[(n >> axis) & 1]));
@@ -166,7 +164,8 @@ export function createHandles({ overlay, store, box, size, full }) {
       wanted.push(slice);
     }
     if (free() && shown) {
-      const middle = freeMiddle(), end = add(middle, scale(unit(free().normal), length()));
+      const middle = anchorOf(free(), box), end = add(middle, scale(unit(free().normal), reachOfTip()));
+      for (const plane of planes.all(store.document)) if (plane !== free()) shapes.push(make("polygon", { class: "free other", points: points(polygon(plane, box)) }));
       shapes.push(make("polygon", { class: "free", points: points(polygon(free(), box)) }), make("polyline", { class: "free", points: points([middle, end]) }));
       const [cx, cy] = pixel(end), normal = unit(free().normal);
       put(tip, { cx, cy, r: 7 * ratio(), "aria-valuetext": `normal ${normal.map((x) => short(x, 2)).join(", ")}` });
@@ -181,8 +180,8 @@ export function createHandles({ overlay, store, box, size, full }) {
   return {
     update,
     /// Whether handles are shown.
-    show(on) {
-      shown = on;
+    show(wanted) {
+      on = wanted;
       update();
     },
     /// The probe's place, or null.

@@ -1,16 +1,18 @@
 // The sections of the panel that are made of fields: view, crop, slices, light, fog, method and picture.
 
 import { anglesOf, cameraOf, onWholeBox, placed, projected, withCamera, direction } from "./camera.js";
-import { AXES, cropOf, freePlanes, newPlane, reach, slicesOf, withCrop, withFreePlane, withSlice } from "./clips.js";
+import { withBlend } from "./agree.js";
+import { AXES, anglesOfNormal, cropOf, slicesOf, withCrop, withSlice } from "./clips.js";
 import { button, byId, make } from "./dom.js";
+import { planeControls } from "./planes.js";
 import { at, withKey, withKeys } from "./store.js";
-import { clamp, degrees, dot, cross, length, scale, short, unit } from "./vectors.js";
+import { length, scale, short } from "./vectors.js";
 
-/// Blends that show a value and no colours go without light and without a tolerance.
-const PROJECTIONS = new Set(["mip", "attenuated-mip", "min", "lmip", "average"]);
+/// Keys of the section render that belong to one algorithm alone.
+const OWN = ["connectivity", "plane", "spacing_correction", "games", "seed"];
 
-/// Fills the sections. `tools` holds what they share; `home` is the camera that the page began with.
-export function fillPanels({ fields, store, box, volume, size, resolve, say, handles, sizes, home }) {
+/// Fills the sections. `tools` holds what they share; `home` shows the view that the page began with. What it returns is told each document.
+export function fillPanels({ fields, store, box, volume, windows, size, say, handles, planes, sizes, home, redraw }) {
   const { field } = fields;
   const fill = (id, ...children) => byId(id).append(...children);
   const camera = (document) => cameraOf(document, box, size());
@@ -19,9 +21,9 @@ export function fillPanels({ fields, store, box, volume, size, resolve, say, han
   const row = (...children) => make("div", { class: "row" }, ...children);
 
   // View.
-  const angle = (name, label) =>
+  const angle = (name, label, more = {}) =>
     field({
-      type: "number", label, digits: 5, help: "Degrees",
+      type: "number", label, digits: 5, ...more, help: "Degrees",
       get: (d) => anglesOf(camera(d), box)[name],
       set: (d, value) => withCamera(d, placed(camera(d), box, { ...anglesOf(camera(d), box), [name]: value }, fogged(d))),
     });
@@ -53,12 +55,17 @@ export function fillPanels({ fields, store, box, volume, size, resolve, say, han
       set: (d, value) => withCamera(d, projected(camera(d), true, value)),
     }),
     field({
-      type: "range", label: "Zoom", scale: "log", min: 0.2, max: 50, words: (x) => `× ${short(x, 3)}`,
-      get: (d) => (2 * box.radius) / seen(camera(d)),
-      set: (d, value) => withCamera(d, magnified(camera(d), seen(camera(d)) / ((2 * box.radius) / value))),
+      type: "range", label: "Zoom", scale: "log", min: 0.2, max: 50, words: (x) => `× ${short(x, 3)}`, help: "1 is the size of the view that the page began with",
+      get: (d) => began() / seen(camera(d)),
+      set: (d, value) => withCamera(d, magnified(camera(d), (seen(camera(d)) * value) / began())),
     }),
-    row(angle("azimuth", "Azimuth"), angle("elevation", "Elevation"), angle("roll", "Roll"))
+    row(angle("azimuth", "Azimuth"), angle("elevation", "Elevation", { min: -90, max: 90 }), angle("roll", "Roll"))
   );
+  // World units along the picture's shorter side: a picture of another shape shows as much there.
+  function began() {
+    const document = home.document();
+    return seen(camera(document));
+  }
   function seen(c) {
     return c.perspective ? 2 * length([0, 1, 2].map((n) => c.target[n] - c.eye[n])) * Math.tan((c.fovY * Math.PI) / 360) : c.height;
   }
@@ -79,53 +86,32 @@ export function fillPanels({ fields, store, box, volume, size, resolve, say, han
       },
     });
   const toggle = make("input", { type: "checkbox", id: "show-handles", change: () => handles.show(toggle.checked) });
-  const free = (d) => freePlanes(d, box)[0];
-  const tilt = (name, label, min, max) =>
-    field({
-      type: "range", label, min, max, step: 1, words: (x) => `${short(x, 3)}°`,
-      get: (d) => (free(d) ? tiltOf(free(d).normal)[name] : undefined),
-      set: (d, value) => {
-        const plane = free(d), to = { ...tiltOf(plane.normal), [name]: value };
-        const normal = direction(to.azimuth, to.elevation, box.front);
-        // The plane turns about the place at which it passes the box's middle line.
-        const middle = scale(plane.normal, (plane.offset - dot(plane.normal, box.center)) / length(plane.normal) ** 2);
-        return withFreePlane(d, box, 0, { normal, offset: dot(normal, box.center) + dot(normal, middle) });
-      },
-    });
-  const tiltOf = (normal) => {
-    const n = unit(normal), side = cross([0, 0, 1], box.front);
-    return { azimuth: degrees(Math.atan2(dot(n, side), dot(n, box.front))), elevation: degrees(Math.asin(clamp(n[2], -1, 1))) };
-  };
+  const clips = planeControls({
+    planes, fields, store, box, size, say, redraw,
+    shown: () => {
+      toggle.checked = true;
+      handles.show(true);
+    },
+  });
   fill(
     "crop-fields",
     make("label", { class: "check" }, toggle, "Handles in the picture"),
     ...AXES.flatMap((_, axis) => [crop(axis, 0), crop(axis, 1)]),
-    row(
-      button("No crop", () => store.set(withCrop(store.document, AXES.map((_, n) => [box.low[n], box.high[n]]), box))),
-      button("Add a plane", () => {
-        const next = withFreePlane(store.document, box, freePlanes(store.document, box).length, newPlane(camera(store.document), box));
-        if (next) store.set(next);
-        else full();
-        toggle.checked = true;
-        handles.show(true);
-      }),
-      button("Remove a plane", () => (free(store.document) ? store.set(withFreePlane(store.document, box, 0, null)) : say("There is no plane besides the crop box.")))
-    ),
-    field({
-      type: "range", label: "Plane at", min: (d) => reach(free(d).normal, box)[0], max: (d) => reach(free(d).normal, box)[1],
-      get: (d) => free(d)?.offset,
-      set: (d, value) => withFreePlane(d, box, 0, { ...free(d), offset: value }),
-    }),
-    tilt("azimuth", "Plane azimuth", -180, 180),
-    tilt("elevation", "Plane elevation", -90, 90)
+    row(button("No crop", () => store.set(withCrop(store.document, AXES.map((_, n) => [box.low[n], box.high[n]]), box)))),
+    ...clips.rows
   );
 
   // Slices that show the data.
   const noSlices = () => say("There are six slices already.");
   const slices = AXES.flatMap((name, axis) => [
     field({
-      type: "check", label: `Slice along ${name}`, get: (d) => slicesOf(d, box)[axis] !== null,
-      set: (d, on) => withSlice(d, axis, on ? 0.5 * (box.low[axis] + box.high[axis]) : null, box) ?? noSlices(),
+      type: "check", label: `Slice along ${name}`, ask: true, owns: ["cut"], get: (d) => slicesOf(d, box)[axis] !== null,
+      set: (d, on) => {
+        const next = withSlice(d, axis, on ? 0.5 * (box.low[axis] + box.high[axis]) : null, box);
+        if (!next) return noSlices();
+        // The first one has the window that the command takes; others have that of those that are there.
+        return on && !d.cut && usual ? every("window")(next, usual) : next;
+      },
     }),
     field({
       type: "range", label: `at ${name}`, min: box.low[axis], max: box.high[axis], step: 0.5, words: (x) => short(x, 4),
@@ -134,14 +120,28 @@ export function fillPanels({ fields, store, box, volume, size, resolve, say, han
   ]);
   const every = (key) => (d, value) => withKey(d, "cut", d.cut.map((plane) => ({ ...plane, [key]: value })));
   const [low, high] = volume.range ?? [0, 1];
+  // A cut without a window of its own shows the whole range.
   const windowed = (d) => d.cut?.[0]?.window ?? [0.5 * (low + high), high - low];
+  const usual = windows[0] && [windows[0].center, windows[0].width];
+  const named = (d) => windows.find((w) => w.center === windowed(d)[0] && w.width === windowed(d)[1])?.name ?? "own";
   const maps = ["gray", "bone", "viridis", "inferno", "magma", "plasma", "cividis", "turbo", "hot", "coolwarm"];
+  const unit = volume.unit ? ` (${volume.unit})` : "";
   fill(
     "slice-fields",
     ...slices,
     field({ type: "select", label: "Colours", options: maps.map((m) => [m, m]), get: (d) => (d.cut ? d.cut[0].colormap ?? "gray" : undefined), set: every("colormap") }),
-    field({ type: "range", label: "Window centre", min: low, max: high, get: (d) => (d.cut ? windowed(d)[0] : undefined), set: (d, v) => every("window")(d, [v, windowed(d)[1]]) }),
-    field({ type: "range", label: "Window width", min: (high - low) / 200, max: 2 * (high - low), get: (d) => (d.cut ? windowed(d)[1] : undefined), set: (d, v) => every("window")(d, [windowed(d)[0], v]) })
+    field({
+      type: "select", label: "Window", options: [...windows.map((w) => [w.name, w.name]), ["own", "as typed below"]],
+      get: (d) => (d.cut && windows.length ? named(d) : undefined),
+      set: (d, name) => {
+        const found = windows.find((w) => w.name === name);
+        return found ? every("window")(d, [found.center, found.width]) : null;
+      },
+    }),
+    row(
+      field({ type: "number", label: `Window centre${unit}`, get: (d) => (d.cut ? windowed(d)[0] : undefined), set: (d, v) => every("window")(d, [v, windowed(d)[1]]) }),
+      field({ type: "number", label: `Window width${unit}`, min: (high - low) * 1e-6, get: (d) => (d.cut ? windowed(d)[1] : undefined), set: (d, v) => every("window")(d, [windowed(d)[0], v]) })
+    )
   );
 
   // Light.
@@ -150,9 +150,9 @@ export function fillPanels({ fields, store, box, volume, size, resolve, say, han
   const lamp = (name, label, min, max) =>
     field({
       type: "range", label, min, max, step: 1, words: (x) => `${short(x, 3)}°`,
-      get: (d) => (lit(d) && Array.isArray(d.light.direction) ? tiltOf(d.light.direction)[name] : undefined),
+      get: (d) => (lit(d) && Array.isArray(d.light.direction) ? anglesOfNormal(d.light.direction, box)[name] : undefined),
       set: (d, value) => {
-        const to = { ...tiltOf(d.light.direction), [name]: value };
+        const to = { ...anglesOfNormal(d.light.direction, box), [name]: value };
         return withKey(d, "light.direction", direction(to.azimuth, to.elevation, box.front));
       },
     });
@@ -197,31 +197,22 @@ export function fillPanels({ fields, store, box, volume, size, resolve, say, han
   );
 
   // Method.
-  const parked = {};
   fill(
     "method-fields",
     field({
       type: "select", key: "render.blend", label: "Blend", ask: true,
-      set: (d, blend) => {
-        // What belongs to one blend alone is decided anew; light comes back with the colours that it shone on.
-        const own = ["level", "levels", "threshold", "window", "attenuation", "hit"].map((key) => [`render.${key}`, undefined]);
-        let next = withKeys(d, { ...Object.fromEntries(own), "render.blend": blend, "slices.tolerance": undefined, "slices.spacing": undefined, "slices.merge": undefined });
-        if (blend === "iso") next = withKey(next, "render.level", (low + high) / 2);
-        if (PROJECTIONS.has(blend) && next.light) {
-          Object.assign(parked, { light: next.light, lights: next.lights });
-          next = withKeys(next, { light: { model: "none" }, lights: undefined });
-        } else if (blend === "over" && parked.light && next.light?.model === "none") next = withKeys(next, parked);
-        return next;
-      },
+      owns: ["render.blend", "render.level"],
+      set: (d, blend, trying) => withBlend(d, blend, (low + high) / 2, trying),
     }),
     field({ type: "range", key: "render.level", label: "Surface at", min: low, max: high }),
     field({ type: "range", key: "render.threshold", label: "Threshold", min: low, max: high }),
     field({ type: "range", key: "render.attenuation", label: "Attenuation", min: 0, max: 20, step: 0.1 }),
-    field({ type: "select", key: "render.algorithm", label: "Algorithm", ask: true }),
+    field({ type: "select", key: "render.algorithm", label: "Algorithm", ask: true, set: (d, v) => withKeys(d, { ...Object.fromEntries(OWN.map((key) => [`render.${key}`, undefined])), "render.algorithm": v }) }),
     field({ type: "select", key: "transfer.classification", label: "Classification", ask: true }),
     field({ type: "select", key: "render.filter", label: "Between voxels", ask: true, set: (d, v) => withKeys(d, { "render.filter": v, "render.prefilter": undefined }) }),
     field({
-      type: "select", label: "Slices by", ask: true, options: [["tolerance", "error of the colours"], ["count", "number"], ["spacing", "distance"]],
+      type: "select", label: "Slices by", ask: true, options: [["tolerance", "allowed error"], ["count", "number"], ["spacing", "distance"]],
+      owns: ["slices.tolerance", "slices.count", "slices.spacing"], help: "Allowed error: as many slices as keep the colours this near to those of very many. Number, distance: so many, or so far apart.",
       get: (d) => ["tolerance", "count", "spacing"].find((key) => d.slices?.[key] !== undefined && d.slices[key] !== null) ?? "count",
       set: (d, by) => withKeys(d, { "slices.tolerance": undefined, "slices.count": undefined, "slices.spacing": undefined, [`slices.${by}`]: { tolerance: 0.004, count: 256, spacing: box.radius / 128 }[by] }),
     }),
@@ -245,4 +236,6 @@ export function fillPanels({ fields, store, box, volume, size, resolve, say, han
     drawn("box", "Edges of the box"),
     field({ type: "text", label: "Title", get: (d) => at(d, "annotate.title") ?? null, set: (d, words) => withKey(d, "annotate.title", words) })
   );
+
+  return clips;
 }

@@ -1,6 +1,7 @@
 // Ready-made transfer functions, each with a small picture of the data as it would look.
 
 import * as server from "./server.js";
+import { withBlend } from "./agree.js";
 import { byId, make } from "./dom.js";
 
 const SIDE = 96;
@@ -12,7 +13,7 @@ export function createPresets({ presets, store, apply, say, idle }) {
     const thumb = make("span", { class: "thumb" }, image);
     const card = make(
       "button",
-      { type: "button", class: "preset", title: preset.why ? `${preset.about}. ${preset.why}` : preset.about, "aria-label": `${preset.name}: ${preset.about}`, click: () => choose(preset.name) },
+      { type: "button", class: "preset", title: preset.why ? `${preset.about}. ${preset.why}` : preset.about, "aria-label": `${preset.name}: ${preset.about}`, click: () => choose(preset) },
       thumb,
       make("span", {}, preset.name)
     );
@@ -25,11 +26,23 @@ export function createPresets({ presets, store, apply, say, idle }) {
   byId("presets-none").hidden = fit.length > 0;
   byId("presets").hidden = presets.length === 0;
 
-  async function choose(name) {
+  // The blend that a preset has brought with it, and the one that it came for.
+  let brought = null;
+  /// The document with the blend that `preset` is made for, or with the one from before another such preset.
+  function blended({ blend }) {
+    const document = store.document, now = document.render?.blend ?? "over";
+    if (blend) return { scene: withBlend(document, blend, 0, true), to: blend };
+    if (brought && brought.blend === now) return { scene: withBlend(document, brought.before, 0, true), to: brought.before };
+    return { scene: document, to: now };
+  }
+
+  async function choose(preset) {
+    const { name, blend } = preset, now = store.document.render?.blend ?? "over", { scene, to } = blended(preset);
     try {
-      const found = await server.preset(store.document, name);
+      const found = await server.preset(scene, name);
+      brought = blend ? { blend, before: brought?.blend === now ? brought.before : now } : null;
       apply(found.document);
-      say([`Preset ${name}.`, ...(found.warnings ?? [])].join(" "));
+      say([`Preset ${name}.`, ...(to !== now ? [blend ? `Blend is ${to} now, which it is made for.` : `Blend is ${to} again.`] : []), ...(found.warnings ?? [])].join(" "));
     } catch (error) {
       say(error.message);
     }
@@ -48,7 +61,7 @@ export function createPresets({ presets, store, apply, say, idle }) {
       }
       const { preset, card, image, thumb } = waiting.shift();
       try {
-        const blob = await server.thumbnail(store.document, preset.name, SIDE);
+        const blob = await server.thumbnail(blended(preset).scene, preset.name, SIDE);
         URL.revokeObjectURL(image.src);
         image.src = URL.createObjectURL(blob);
         await image.decode();

@@ -8,6 +8,7 @@ const WIDTH = 320, HEIGHT = 150, LEFT = 34, RIGHT = 30, TOP = 6, BOTTOM = 20;
 
 /// Fills the section of the probe. `mark` shows the place in the picture.
 export function createProbe({ store, volume, size, mark, say, section }) {
+  // The place as shares of the picture's width and height.
   let place = null, busy = false, again = false;
 
   const words = (point, unit) => (point ? `${point.map((x) => short(x, 5)).join(", ")}${unit ? ` ${unit}` : ""}` : "-");
@@ -17,8 +18,11 @@ export function createProbe({ store, volume, size, mark, say, section }) {
     if (busy) return void (again = true);
     busy = true;
     try {
-      const [x, y] = place.map(Math.floor);
-      show(await server.probe(store.document, size(), [x, y]), [x, y]);
+      const [x, y] = pixel(), found = await server.probe(store.document, size(), [x, y]);
+      if (place) {
+        show(found, [x, y]);
+        tell(found);
+      }
     } catch (error) {
       say(error.message);
     }
@@ -40,7 +44,7 @@ export function createProbe({ store, volume, size, mark, say, section }) {
     if (found.label) rows.push(["Label", found.label]);
     rows.push(["Colour", `${[r, g, b].map((c) => short(c, 3)).join(", ")} (premultiplied), opacity ${short(a, 3)}`]);
     byId("probe-facts").replaceChildren(...rows.flatMap(([name, text]) => [make("dt", {}, name), make("dd", {}, text)]));
-    byId("probe-note").textContent = found.note ?? (found.hit ? "" : "The ray meets nothing there.");
+    byId("probe-note").textContent = found.note ?? (found.hit ? "" : "Nothing here.");
     byId("probe-plot").replaceChildren(...(found.journey?.depth.length ? [plot(found.journey)] : []));
   }
 
@@ -72,15 +76,51 @@ export function createProbe({ store, volume, size, mark, say, section }) {
     );
   }
 
-  function to(next) {
-    const [width, height] = size();
-    place = next && [clamp(next[0], 0, width - 1), clamp(next[1], 0, height - 1)];
-    mark(place && place.map((p) => Math.floor(p) + 0.5));
-    byId("probe-hint").hidden = Boolean(place);
+  /// The card beside the cross: what is there, in a line or two.
+  const card = byId("probe-card"), sentence = byId("probe-words");
+  function tell(found) {
+    const seen = found.voxel !== null && (found.pixel?.[3] ?? 0) > 0;
+    const value = found.value === null ? "" : `${short(found.value, 5)}${volume.unit ? ` ${volume.unit}` : ""}`;
+    const rows = seen || value ? [[value && "Value", value], [found.label && "Label", found.label], ["Voxel", words(found.voxel?.map(Math.round))]] : [];
+    const lines = rows.filter(([name, text]) => name && text).map(([name, text]) => make("span", {}, `${name} ${text}`));
+    sentence.replaceChildren(...(lines.length ? lines : [make("span", {}, "Nothing here.")]));
+    put();
+  }
+  /// The card stands to the right of the cross, or to the left where there is no room.
+  function put() {
+    card.hidden = !place;
     if (!place) return;
-    section.open = true;
+    const frame = byId("frame"), stage = byId("stage");
+    const x = frame.offsetLeft + place[0] * frame.clientWidth, y = frame.offsetTop + place[1] * frame.clientHeight;
+    const right = x + 16 + card.offsetWidth < stage.clientWidth;
+    card.style.left = `${right ? x + 16 : Math.max(4, x - 16 - card.offsetWidth)}px`;
+    card.style.top = `${clamp(y + 16, 4, Math.max(4, stage.clientHeight - card.offsetHeight - 4))}px`;
+  }
+
+  /// The place as a pixel of the picture at its present size.
+  const pixel = () => size().map((n, k) => clamp(Math.floor(place[k] * n), 0, n - 1));
+  function refit() {
+    mark(place && pixel().map((p) => p + 0.5));
+    put();
+  }
+
+  function to(next) {
+    place = next && size().map((n, k) => (clamp(Math.floor(next[k]), 0, n - 1) + 0.5) / n);
+    byId("probe-hint").hidden = Boolean(place);
+    if (!place) sentence.replaceChildren();
+    refit();
     ask();
   }
+
+  byId("probe-more").addEventListener("click", () => {
+    section.open = true;
+    section.scrollIntoView({ block: "start" });
+    section.querySelector("summary").focus({ preventScroll: true });
+  });
+  byId("probe-end").addEventListener("click", () => {
+    to(null);
+    byId("frame").focus();
+  });
 
   return {
     at: to,
@@ -89,8 +129,10 @@ export function createProbe({ store, volume, size, mark, say, section }) {
     },
     /// Begins in the middle, or ends.
     toggle: () => to(place ? null : size().map((n) => n / 2)),
-    move: (x, y) => to([place[0] + x, place[1] + y]),
+    move: (x, y) => to([pixel()[0] + x, pixel()[1] + y]),
     /// The picture has changed: what lies there now?
     refresh: ask,
+    /// The picture has another size: the cross stays where it is in what is seen.
+    resized: refit,
   };
 }

@@ -3,22 +3,42 @@
 import * as server from "./server.js";
 import { byId, make } from "./dom.js";
 
-function download(blob, name) {
+/// Hands `blob` to the browser as a file.
+export function download(blob, name) {
   const address = URL.createObjectURL(blob);
   make("a", { href: address, download: name }).click();
   // The browser reads the bytes after this; a minute is plenty.
   setTimeout(() => URL.revokeObjectURL(address), 60000);
 }
 
-/// Makes the buttons of the section work.
-export function createSave({ store, size, say }) {
-  async function save(format) {
+/// Milliseconds after which it is told that a file is in the making.
+const SLOW = 300;
+
+/// Makes the buttons of the section work. `gone` tells whether the server has gone, `own` the scene as the page alone can write it: { text, name },
+/// or null where it does not know enough.
+export function createSave({ store, size, say, gone, own }) {
+  function saveOwn() {
+    const found = own();
+    if (!found) return say("The view ended before the page knew where its data is: there is nothing to save.");
+    const { text, name } = found;
+    download(new Blob([text], { type: "application/json" }), name);
+    say(`${name} saved. To go on: slicestack view ${name}`);
+  }
+
+  async function save(format, pressed) {
+    if (format === "json" && gone()) return saveOwn();
+    const slow = setTimeout(() => say("Saving..."), SLOW);
+    pressed.disabled = true;
     try {
       const { blob, name } = await server.save(store.document, size(), format);
       download(blob, name);
       say(`${name} saved.`);
     } catch (error) {
-      say(error.message);
+      if (format === "json" && (error.status === server.GONE || error.status === server.OTHER)) saveOwn();
+      else say(error.message);
+    } finally {
+      clearTimeout(slow);
+      pressed.disabled = gone() && format !== "json";
     }
   }
 
@@ -42,8 +62,9 @@ export function createSave({ store, size, say }) {
     }
   }
 
-  byId("save-picture").addEventListener("click", () => save(byId("picture-format").value));
-  byId("save-toml").addEventListener("click", () => save("toml"));
-  byId("save-json").addEventListener("click", () => save("json"));
+  byId("save-picture").addEventListener("click", (event) => save(byId("picture-format").value, event.currentTarget));
+  byId("save-toml").addEventListener("click", (event) => save("toml", event.currentTarget));
+  byId("save-json").addEventListener("click", (event) => save("json", event.currentTarget));
   byId("copy-command").addEventListener("click", copy);
+  return { saveOwn };
 }

@@ -26,11 +26,11 @@ export function withKeys(document, keys) {
 /// Most steps that can be undone.
 const STEPS = 200;
 
-/// A store of `first`. `fit` makes a document fit the picture's present size.
-export function createStore(first, fit) {
+/// A store of `first`, or of what was `made` of it before. `fit` makes a document fit the picture's present size.
+export function createStore(first, fit, made = null) {
   // What is in view, what the server has last drawn, and what undo goes by: a drag is one step, however many documents it passes.
-  let document = first, accepted = first, committed = first;
-  let past = [], future = [];
+  let document = made ?? first, accepted = first, committed = document;
+  let past = made ? [first] : [], future = [];
   // Whether a hand holds something: what it does until it lets go is one step, also where it rests meanwhile.
   let held = false;
   const listeners = new Set();
@@ -89,7 +89,7 @@ export function createStore(first, fit) {
     refit() {
       const same = document === committed;
       document = fit(document);
-      if (same) committed = document;
+      committed = same ? document : fit(committed);
       tell();
     },
     /// The server has drawn `drawn`.

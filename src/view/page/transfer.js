@@ -3,6 +3,7 @@
 // Opacity is drawn on a scale of square roots unless that is turned off: most of the opacities in use are small.
 
 import { button, follow, hex, make, put, rgbOf } from "./dom.js";
+import { numberInput } from "./fields.js";
 import { at, withKey } from "./store.js";
 import { clamp, short } from "./vectors.js";
 
@@ -19,7 +20,7 @@ function between(points, value) {
 }
 
 /// Builds the editor in `host`.
-export function createTransfer({ host, store, volume, histogram }) {
+export function createTransfer({ host, store, volume, histogram, say }) {
   const range = histogram ? [histogram.low, histogram.high] : volume.range ?? [0, 1];
   const view = { logCounts: true, roots: true };
   let chosen = { list: "opacity", n: 0 };
@@ -111,7 +112,10 @@ export function createTransfer({ host, store, volume, histogram }) {
         Backspace: remove,
         Enter: addBeside,
         Insert: addBeside,
-        " ": () => value.input.focus(),
+        " ": () => {
+          value.input.focus();
+          value.input.select();
+        },
       }[event.key];
       if (!act) return;
       event.preventDefault();
@@ -128,15 +132,29 @@ export function createTransfer({ host, store, volume, histogram }) {
     if (event.target === strip && list("color").length) insert("color", value, between(list("color"), value));
   });
 
-  const number = (label, set) => {
-    const input = make("input", { type: "number", step: "any", change: () => Number.isFinite(input.valueAsNumber) && set(input.valueAsNumber) });
+  const number = (label, more) => {
+    const input = numberInput({ label, say, ...more });
     return { input, row: make("label", { class: "exact" }, label, input) };
   };
-  const value = number("Value", (v) => move(chosen.list, chosen.n, v));
-  const opacity = number("Opacity", (a) => move("opacity", chosen.n, list("opacity")[chosen.n][0], [clamp(a, 0, 1)]));
+  const point = () => list(chosen.list)[chosen.n] ?? [0, 0];
+  const value = number("Value", {
+    now: () => short(point()[0], 6),
+    set: (v) => {
+      move(chosen.list, chosen.n, v);
+      if (point()[0] !== v) say(`Value: a point lies between its neighbours; it is at ${short(point()[0], 6)} now.`);
+    },
+  });
+  const opacity = number("Opacity", { min: 0, max: 1, now: () => short(point()[1], 3), set: (a) => move("opacity", chosen.n, point()[0], [a]) });
   const color = make("input", { type: "color", input: () => move("color", chosen.n, list("color")[chosen.n][0], rgbOf(color.value)) });
   const colorRow = make("label", { class: "exact" }, "Colour", color);
-  const unit = number("Opacity is per", (length) => length > 0 && store.set(withKey(store.document, "transfer.opacity_unit", length)));
+  const perUnit = () => at(store.document, "transfer.opacity_unit");
+  const unit = number("Opacity is per", {
+    now: () => (perUnit() === undefined ? "" : short(perUnit(), 4)),
+    set: (length) => {
+      if (length > 0) store.set(withKey(store.document, "transfer.opacity_unit", length));
+      else say(`Opacity is per: a length is above 0; it stays ${short(perUnit(), 4)}.`);
+    },
+  });
   unit.row.title = "The length that opacities refer to, in the world's units";
   const addButton = button("Add a point", addBeside), removeButton = button("Remove it", remove);
   const toggle = (label, key) => {
@@ -157,18 +175,18 @@ export function createTransfer({ host, store, volume, histogram }) {
   function showChosen() {
     const points = list(chosen.list);
     if (!points.length && list("opacity").length + list("color").length) chosen = { list: list("opacity").length ? "opacity" : "color", n: 0 };
-    const point = list(chosen.list)[Math.min(chosen.n, list(chosen.list).length - 1)];
+    const shown = list(chosen.list)[Math.min(chosen.n, list(chosen.list).length - 1)];
     chosen.n = Math.max(0, Math.min(chosen.n, list(chosen.list).length - 1));
-    tools.hidden = which.hidden = !point;
-    if (!point) return;
+    tools.hidden = which.hidden = !shown;
+    if (!shown) return;
     const isColor = chosen.list === "color";
     which.textContent = `Point ${chosen.n + 1} of ${list(chosen.list).length} of ${isColor ? "colour" : "opacity"}`;
     opacity.row.hidden = isColor;
     colorRow.hidden = !isColor;
-    const fill = (input, text) => document.activeElement !== input && (input.value = text);
-    fill(value.input, short(point[0], 6));
-    if (isColor) fill(color, hex(point.slice(1)));
-    else fill(opacity.input, short(point[1], 6));
+    value.input.show(short(shown[0], 6));
+    if (isColor) {
+      if (document.activeElement !== color) color.value = hex(shown.slice(1));
+    } else opacity.input.show(short(shown[1], 3));
     removeButton.disabled = list(chosen.list).length < 2;
     for (const [id, shape] of elements) shape.classList.toggle("chosen", id === `${chosen.list}-${chosen.n}`);
   }
@@ -207,7 +225,7 @@ export function createTransfer({ host, store, volume, histogram }) {
     strip.toggleAttribute("hidden", !colors.length);
     const shapes = [];
     opacities.forEach(([v, a], n) => {
-      const label = { "aria-label": `Opacity point ${n + 1}`, "aria-valuenow": short(v), "aria-valuetext": `value ${short(v)}, opacity ${short(a)}` };
+      const label = { "aria-label": `Opacity point ${n + 1}`, "aria-valuenow": short(v), "aria-valuetext": `value ${short(v)}, opacity ${short(a, 3)}` };
       shapes.push(put(element("opacity", n), { cx: x(v), cy: y(a), ...label }));
     });
     colors.forEach(([v, ...rgb], n) => {
@@ -217,9 +235,8 @@ export function createTransfer({ host, store, volume, histogram }) {
     });
     const there = [...dots.children];
     if (there.length !== shapes.length || there.some((e, n) => e !== shapes[n])) dots.replaceChildren(...shapes);
-    const length = at(store.document, "transfer.opacity_unit");
-    unit.row.hidden = length === undefined;
-    if (document.activeElement !== unit.input) unit.input.value = short(length, 6);
+    unit.row.hidden = perUnit() === undefined;
+    if (perUnit() !== undefined) unit.input.show(short(perUnit(), 4));
     showChosen();
   }
 
