@@ -43,7 +43,7 @@ def main():
         print(f"made in {time.perf_counter() - begun:.0f} s", flush=True)
     peak = {}
 
-    with LocalCluster(n_workers=2, threads_per_worker=1, memory_limit=LIMIT, dashboard_address=None) as cluster, Client(cluster) as client:
+    with LocalCluster(n_workers=2, threads_per_worker=1, memory_limit=LIMIT, dashboard_address=":0") as cluster, Client(cluster) as client:
 
         def watch():
             while not done.wait(0.5):
