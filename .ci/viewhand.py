@@ -37,7 +37,7 @@ def steps(page):
     undone("a key that is held down")
     for _ in range(4):
         b.cdp("Input.dispatchMouseEvent", type="mouseWheel", x=x, y=y, deltaX=0, deltaY=-60)
-        time.sleep(0.15)
+        time.sleep(0.05)
     time.sleep(1)
     undone("a turn of the wheel")
     b.size(1000, 700)
