@@ -16,8 +16,10 @@ mod unfinished;
 mod whole;
 
 pub use folder::WholeFolder;
-#[cfg(any(feature = "formats", feature = "encoders", feature = "scene-file"))]
-pub(crate) use reads::{note, open};
+#[cfg(feature = "formats")]
+pub(crate) use reads::note;
+#[cfg(any(feature = "formats", feature = "encoders"))]
+pub(crate) use reads::open;
 pub use reads::{remember_reads, was_read};
 pub use staged::Staged;
 pub use unfinished::discard_unfinished;

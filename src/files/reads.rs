@@ -1,7 +1,9 @@
 //! Which files were read: by what the file system knows them by, not by name.
 
 use std::collections::BTreeSet;
+#[cfg(any(feature = "formats", feature = "encoders"))]
 use std::fs::File;
+#[cfg(any(feature = "formats", feature = "encoders"))]
 use std::io;
 use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -35,6 +37,7 @@ pub fn was_read(path: &Path) -> bool {
 ///
 /// # Errors
 /// What the system says.
+#[cfg(any(feature = "formats", feature = "encoders"))]
 pub(crate) fn open(path: &Path) -> io::Result<File> {
     let file = File::open(path)?;
     note(&file);
@@ -46,7 +49,7 @@ pub(crate) fn open(path: &Path) -> io::Result<File> {
 }
 
 /// `file` is read.
-#[cfg(unix)]
+#[cfg(all(unix, any(feature = "formats", feature = "encoders")))]
 pub(crate) fn note(file: &File) {
     if let Some(reads) = reads().as_mut() {
         reads.extend(file.metadata().ok().map(|m| of(&m)));
@@ -54,7 +57,7 @@ pub(crate) fn note(file: &File) {
 }
 
 /// `file` is read; it has no identity that is not its path.
-#[cfg(not(unix))]
+#[cfg(all(not(unix), any(feature = "formats", feature = "encoders")))]
 pub(crate) fn note(_: &File) {}
 
 #[cfg(unix)]
@@ -73,7 +76,7 @@ fn identity(path: &Path) -> Option<Identity> {
     path.canonicalize().ok()
 }
 
-#[cfg(test)]
+#[cfg(all(test, any(feature = "formats", feature = "encoders")))]
 #[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
     use super::*;

@@ -24,7 +24,7 @@ impl Staged {
     /// Makes the folder `path`, unless it is there.
     ///
     /// # Errors
-    /// [`Error::Io`] where none can be made.
+    /// [`crate::Error::Io`] where none can be made.
     pub fn folder(&mut self, path: &Path) -> Result<()> {
         if !path.is_dir() {
             unfinished().create_folder(path)?;
@@ -56,7 +56,7 @@ impl Staged {
     /// Gives every file its name.
     ///
     /// # Errors
-    /// [`Error::Io`] where a device cannot be written to or a file cannot be renamed; then every earlier file is as it was.
+    /// [`crate::Error::Io`] where a device cannot be written to or a file cannot be renamed; then every earlier file is as it was.
     pub fn finish(mut self) -> Result<()> {
         for (device, bytes) in &mut self.devices {
             device.put_all(bytes)?;
