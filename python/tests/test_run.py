@@ -48,6 +48,8 @@ sys.path[:0] = sys.argv[1:]
 import slicestack
 from conftest import field
 from test_run import SLOW
+# A shell may have started the tests with the signal ignored.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 threading.Timer(0.7, lambda: (print(time.monotonic(), flush=True), os.kill(os.getpid(), signal.SIGINT))).start()
 try:
     slicestack.render(field((64, 64, 64)), **SLOW)
