@@ -71,6 +71,8 @@ pub(super) fn run(file: &SceneFile, memory: u64, settings: Settings, bar: &Arc<B
     if file.annotations().any() {
         bail!(Usage("--memory: annotations are drawn with the whole volume at hand; leave one of them out".into()));
     }
+    // What is kept of bricks and boxes that are gone would count as well.
+    slicestack::give_back_memory();
     let mut clock = Clock::default();
     let start = Instant::now();
     // Small files are mapped too, unless none may be.
